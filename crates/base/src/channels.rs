@@ -179,6 +179,12 @@ pub const DERIVED: &[DerivedChannel] = &[
         "mass of the target times gravity; 0 when the mass is not known",
     ),
     hand(
+        "target.noise",
+        Shape::Scalar,
+        Dimension::LENGTH,
+        "standard deviation of a coordinate of the target's measured position, from the whole log; 0 where it is small or not known",
+    ),
+    hand(
         "target.spin",
         Shape::Scalar,
         Dimension::ANGULAR_SPEED,

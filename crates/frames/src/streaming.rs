@@ -33,7 +33,7 @@ use teachtree_base::field_names::FieldNames;
 use teachtree_base::hands::Side;
 use teachtree_base::log_channel::LogChannel;
 use teachtree_base::recording::Recording;
-use teachtree_base::scene::Scene;
+use teachtree_base::scene::{Role, Scene};
 use teachtree_base::units::Dimension;
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::issue::Issue;
@@ -394,6 +394,13 @@ impl RowBuffer {
     }
 }
 
+/// The position of an object, and its noise so far.
+struct PositionColumns {
+    columns: [usize; 3],
+    estimates: [pose_noise::NoiseEstimator; 3],
+    has_velocity: bool,
+}
+
 /// Whether every sample of a log was measured and can be, and no sensor may be dead.
 struct FastPath {
     /// The largest value of each column, and whether it is a flag.
@@ -407,7 +414,7 @@ struct FastPath {
     /// The columns of each pose, which must not be held.
     holds: Vec<(Vec<usize>, HoldDetector)>,
     /// The columns of each object's position, whose noise must not count.
-    noises: Vec<([usize; 3], [pose_noise::NoiseEstimator; 3])>,
+    noises: Vec<PositionColumns>,
     rate_hz: f64,
 }
 
@@ -445,11 +452,11 @@ impl FastPath {
             Some((parts?, HoldDetector::of(channel, rate_hz)?))
         });
         let holds = holds.collect();
-        let noises = flow.scene.bodies.iter().filter_map(|(name, body)| {
+        let objects = flow.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
+        let noises = objects.filter_map(|(name, _)| {
             let has_velocity = place(format!("{name}.velocity.x")).is_some();
             let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{name}.position.{letter}")));
-            let columns = [x?, y?, z?];
-            pose_noise::counts(body.role, has_velocity).then(|| (columns, Default::default()))
+            Some(PositionColumns { columns: [x?, y?, z?], estimates: Default::default(), has_velocity })
         });
         let noises = noises.collect();
         let (repeats, spikes) = (repeated.collect(), spikes.collect());
@@ -465,7 +472,7 @@ impl FastPath {
                 && (!flag || values.iter().all(|value| *value == 0.0 || *value == 1.0))
         });
         let column = |at: usize| values.get(at).copied().unwrap_or_default();
-        for (columns, estimates) in &mut self.noises {
+        for PositionColumns { columns, estimates, .. } in &mut self.noises {
             columns.iter().zip(estimates).for_each(|(at, estimate)| estimate.take(column(*at)));
         }
         for (parts, holds) in &mut self.holds {
@@ -485,6 +492,8 @@ impl FastPath {
             && self.repeats.iter().all(|(_, repeats)| repeats.finish(rows))
             && self.spikes.iter().all(|(_, spikes)| spikes.finish())
             && self.holds.iter().all(|(_, holds)| holds.rows().is_none())
-            && self.noises.iter().all(|(_, of)| pose_noise::of_columns(of.clone(), self.rate_hz, 1).is_none())
+            && self.noises.iter().all(|PositionColumns { estimates, has_velocity, .. }| {
+                pose_noise::of_columns(estimates.clone(), self.rate_hz, 1, *has_velocity).is_none()
+            })
     }
 }

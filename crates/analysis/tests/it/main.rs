@@ -25,6 +25,7 @@ mod scenarios;
 mod score;
 mod seen_and_felt;
 mod signals;
+mod slips;
 mod toppled_objects;
 
 /// The folder of the project.

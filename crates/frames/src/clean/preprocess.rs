@@ -198,7 +198,7 @@ pub struct Noise {
 pub struct PositionNoise {
     /// Standard deviation of a component, m.
     pub deviation: f64,
-    /// The largest speed that it makes of a body at rest, m/s.
+    /// The largest speed that it makes of a body at rest, m/s; 0 if the log has the velocity, or if no rule is that slow.
     pub limit: f64,
 }
 

@@ -163,6 +163,9 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
     let mut issues = Vec::new();
     for (body, noise) in &found.positions {
         measured.positions.insert(body.clone(), *noise);
+        if noise.limit == 0.0 {
+            continue;
+        }
         let message = format!(
             "its samples scatter by {:.1} mm; motion slower than {:.0} mm/s is treated as noise",
             noise.deviation * 1e3,

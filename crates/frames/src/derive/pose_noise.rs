@@ -2,7 +2,8 @@
 //!
 //! Neighboring second differences of such noise have the covariance `-4 s²`, with its standard deviation `s`. Motion bends the same way for several
 //! samples, so its covariance is not negative; the median over short blocks leaves out jerks. A velocity that is differentiated from noisy
-//! positions is not zero at rest: up to [`PositionNoise::limit`] it is not motion.
+//! positions is not zero at rest: up to [`PositionNoise::limit`] it is not motion. The difference of two positions is not zero either: rules compare it
+//! with `target.noise`.
 //!
 //! Where the log repeats poses, only the measured samples count: repeated or interpolated ones hide the noise.
 
@@ -18,6 +19,8 @@ const FEWEST: usize = 4;
 const ABOVE_NOISE: f64 = 4.0;
 /// Noise that makes less than this speed in all, m/s, moves nothing: the rules' slowest motion is twice as fast.
 const NEGLIGIBLE: f64 = 2.5e-3;
+/// Noise of this standard deviation, m, makes ways that the rules must compare with it, however high the rate is: eight times as far are 1.6 mm.
+const LEAST_M: f64 = 2e-4;
 
 /// Estimates the noise of a column, value by value.
 #[derive(Clone, Debug, Default)]
@@ -62,24 +65,26 @@ impl NoiseEstimator {
     }
 }
 
-/// The noise of three columns with a measured value every `rows` rows, where it makes a speed that counts.
-pub fn of_columns(estimates: [NoiseEstimator; 3], rate_hz: f64, rows: usize) -> Option<PositionNoise> {
+/// The noise of three columns with a measured value every `rows` rows, where it counts. It makes no speed of a body whose velocity the log has.
+pub fn of_columns(
+    estimates: [NoiseEstimator; 3],
+    rate_hz: f64,
+    rows: usize,
+    has_velocity: bool,
+) -> Option<PositionNoise> {
     let deviation = (estimates.map(NoiseEstimator::variance).iter().sum::<f64>() / 3.0).sqrt();
-    let limit = ABOVE_NOISE * deviation * motion::slope_gain(rate_hz, rows);
-    (limit > NEGLIGIBLE).then_some(PositionNoise { deviation, limit })
-}
-
-/// Whether the velocity of a body is differentiated from its positions: not where the log has it.
-pub fn counts(role: Role, has_velocity: bool) -> bool {
-    role == Role::Object && !has_velocity
+    let speed = if has_velocity { 0.0 } else { ABOVE_NOISE * deviation * motion::slope_gain(rate_hz, rows) };
+    let limit = if speed > NEGLIGIBLE { speed } else { 0.0 };
+    (limit > 0.0 || deviation > LEAST_M).then_some(PositionNoise { deviation, limit })
 }
 
 /// The noise of the objects of a whole log, by name.
 pub fn of_objects<'a>(measured: &'a CleanLog) -> impl Iterator<Item = (String, PositionNoise)> + 'a {
-    measured.scene.bodies.iter().filter_map(|(name, body)| {
+    let objects = measured.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
+    objects.filter_map(|(name, _)| {
         let has_velocity = measured.vec3(&format!("{name}.velocity")).is_some();
         let channel = format!("{name}.position");
-        let columns = measured.vec3(&channel).filter(|_| counts(body.role, has_velocity))?;
+        let columns = measured.vec3(&channel)?;
         let held = measured.held.get(&channel);
         let estimates = columns.map(|column| {
             let mut estimate = NoiseEstimator::default();
@@ -93,6 +98,7 @@ pub fn of_objects<'a>(measured: &'a CleanLog) -> impl Iterator<Item = (String, P
             }
             estimate
         });
-        Some((name.clone(), of_columns(estimates, measured.rate_hz, held.map_or(1, |held| held.rows))?))
+        let rows = held.map_or(1, |held| held.rows);
+        Some((name.clone(), of_columns(estimates, measured.rate_hz, rows, has_velocity)?))
     })
 }

@@ -114,6 +114,11 @@ impl<'a> Derivation<'a> {
             }
             "target.radius" => vec![of_body(&Body::bounding_radius)],
             "target.weight" => vec![of_body(&|body| body.mass.map_or(0.0, |mass| mass.0 * gravity))],
+            "target.noise" => vec![of_target(track, [0.0], |body| {
+                let name = self.measured.scene.bodies.get_index(body).map(|(name, _)| name);
+                let noise = name.and_then(|name| self.measured.positions.get(name));
+                Source::Same([noise.map_or(0.0, |noise| noise.deviation)])
+            })],
             "target.fixed" => vec![of_body(&|body| flag(body.fixed_to == Some(track.side)))],
             "target.spin" => vec![vec![each_run(track, |frames, body, spins| self.spins(frames, body, spins))]],
             "target.depth" => {

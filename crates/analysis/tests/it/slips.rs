@@ -1,0 +1,78 @@
+//! Slips of a held object whose measured position scatters.
+
+use crate::one_gripper::{Signal, along, log, segments, starts};
+use std::f64::consts::TAU;
+use teachtree_analysis::Segment;
+
+/// The length of the log, s.
+const LASTS_S: u32 = 40;
+
+/// A tracker of an object.
+#[derive(Clone, Copy, Debug)]
+struct Tracker {
+    /// The standard deviation of each coordinate, m.
+    deviation_m: f64,
+    /// The number of samples of the log, at 100 Hz, with the same pose.
+    rows: u32,
+    has_velocity: bool,
+}
+
+/// White noise with a normal distribution of the standard deviation 1, by sample and axis.
+fn noise(sample: f64, axis: f64) -> f64 {
+    let even = |salt: f64| ((sample * 12.9898 + (axis + salt) * 78.233).sin() * 43758.5453).rem_euclid(1.0);
+    (-2.0 * (1.0 - even(0.0)).ln()).sqrt() * (TAU * even(5.0)).cos()
+}
+
+/// A gripper carries a cup from 2 s on. The cup slides by `way_m` in the gripper from 20 s to 20.25 s, if that is not zero.
+fn carried(tracker: Tracker, way_m: f64) -> Vec<Segment> {
+    const SCENE: &str = "{bodies: {cup: {role: object, radius: 60 mm}}, hands: {right: {fingers: [thumb]}}}";
+    let Tracker { deviation_m, rows, has_velocity } = tracker;
+    let measured = |t: f64| ((t * 100.0).round() / f64::from(rows)).floor();
+    let scatter = |t: f64, axis: f64| deviation_m * noise(measured(t), axis);
+    let x = |t: f64| along(t, &[(2.0, 0.0), (12.0, 0.3), (22.0, 0.6), (36.0, 0.0)]);
+    let z = |t: f64| along(t, &[(2.0, 0.1), (6.0, 0.4), (36.0, 0.4), (38.0, 0.1)]);
+    let slid = |t: f64| along(t, &[(20.0, 0.0), (20.25, way_m)]);
+    let at = |t: f64| measured(t) * f64::from(rows) / 100.0;
+    let (cup_x, cup_y) = (|t: f64| x(at(t)) + scatter(t, 1.0), |t: f64| scatter(t, 2.0));
+    let cup_z = |t: f64| z(at(t)) - slid(at(t)) + scatter(t, 3.0);
+    let speed = |place: &dyn Fn(f64) -> f64, t: f64| (place(t + 0.01) - place(t - 0.01)) / 0.02;
+    let (speed_x, speed_z) = (|t: f64| speed(&x, t), |t: f64| speed(&|t| z(t) - slid(t), t));
+    let closed = |t: f64| f64::from(u8::from((1.0..39.0).contains(&t)));
+    let mut signals: Vec<Signal> = vec![
+        ("right.thumb.position.x", &x),
+        ("right.thumb.position.y", &|_| 0.0),
+        ("right.thumb.position.z", &z),
+        ("right.palm.rotation.w", &|_| 1.0),
+        ("right.palm.rotation.x", &|_| 0.0),
+        ("right.palm.rotation.y", &|_| 0.0),
+        ("right.palm.rotation.z", &|_| 0.0),
+        ("right.gripper.closed", &closed),
+        ("cup.position.x", &cup_x),
+        ("cup.position.y", &cup_y),
+        ("cup.position.z", &cup_z),
+    ];
+    let velocity: [Signal; 3] =
+        [("cup.velocity.x", &speed_x), ("cup.velocity.y", &|_| 0.0), ("cup.velocity.z", &speed_z)];
+    if has_velocity {
+        signals.extend(velocity);
+    }
+    segments(&log(SCENE, LASTS_S, &signals), &["failures.rules"], "hand_gripper.rules")
+}
+
+#[test]
+fn noise_of_a_position_is_not_a_slip() {
+    for deviation_m in [0.5e-3, 1e-3, 2e-3] {
+        for (rows, has_velocity) in [(1, false), (1, true), (6, false)] {
+            let tracker = Tracker { deviation_m, rows, has_velocity };
+            let found = carried(tracker, 0.0);
+            assert!(!starts(&found, "Translate").is_empty(), "{tracker:?}: {found:?}");
+            assert!(starts(&found, "Slip").is_empty(), "{tracker:?}: {:?}", starts(&found, "Slip"));
+            // A slip is found that the noise cannot hide.
+            let slips = starts(&carried(tracker, 16.0 * deviation_m), "Slip");
+            assert!(slips.len() == 1 && (slips[0] - 20.0).abs() < 0.35, "{tracker:?}: {slips:?}");
+        }
+    }
+    // Without noise, a small one is enough.
+    let exact = Tracker { deviation_m: 0.0, rows: 1, has_velocity: false };
+    assert_eq!(starts(&carried(exact, 5e-3), "Slip").len(), 1);
+}
