@@ -4,11 +4,12 @@
 //! again and again: each time that it has grown by [`LOOK_SECS`] and by a share of its length, which bounds the work. A segment is reported
 //! when it has been closed for [`SURE_SECS`]. The analysis of the whole log at the end is the one that counts.
 
-use super::analysis::{Analysis, Segment};
+use super::analysis::Analysis;
 use super::error::Error;
 use super::log::Log;
 use super::project_file::ProjectSettings;
 use super::rules::{Rules, RulesOptions};
+use super::tracks::Segment;
 use crate::ErrorInternals;
 use std::collections::BTreeMap;
 use std::io::BufRead;

@@ -26,11 +26,12 @@ pub mod signals;
 mod streaming;
 mod success_fields;
 mod table;
+mod tracks;
 mod varied_logs;
 
+pub use analysis::Analysis;
 #[doc(hidden)]
 pub use analysis::AnalysisInternals;
-pub use analysis::{Analysis, Composite, Segment, Task, Track};
 #[doc(hidden)]
 pub use error::ErrorInternals;
 pub use error::{Diagnostic, Error, Position};
@@ -54,3 +55,4 @@ pub use score::{Labels, Score};
 #[doc(hidden)]
 pub use table::FrameTableInternals;
 pub use table::{FrameTable, FrameValues};
+pub use tracks::{Composite, Segment, Task, Track};
