@@ -27,6 +27,7 @@ pub mod margin;
 mod measures;
 mod naming;
 pub mod number;
+mod object_motion;
 pub mod outcome;
 mod relabel;
 mod relabeling_rounds;
@@ -39,6 +40,7 @@ mod tasks;
 pub use composites::CompositeSpan;
 pub use confidence::Confidence;
 pub use measures::{channels, reads_later};
+pub use object_motion::{Fall, UntouchedMotion, explain_by_motion, reads_motion};
 pub use relabeling_rounds::MAX_ROUNDS;
 pub use subject::Subject;
 
@@ -95,6 +97,10 @@ pub struct Analysis {
     pub expected: ExpectedTasks,
     /// The tasks that the recording cannot show.
     pub unmeasured: Vec<UnmeasuredTask>,
+    /// The falls of objects in failed tasks, from [`explain_by_motion`].
+    pub falls: Vec<Fall>,
+    /// If no task has a name, the object that moved farthest while no hand touched it, from [`explain_by_motion`].
+    pub untouched: Vec<UntouchedMotion>,
 }
 
 impl Analysis {

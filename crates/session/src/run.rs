@@ -108,6 +108,7 @@ impl Run {
 
     fn found(&self, rules: &Rules, graph: &Graph, opened: &OpenedLog, binding: bool) -> Analysis {
         let mut found = analysis::analyze(rules, &self.frames, &self.leaves);
+        analysis::explain_by_motion(&mut found, rules, &self.frames, &*self.frames);
         if binding {
             // A foreign log may lack channels; which primitives that hides is part of its analysis.
             let contents = LogContents::new(opened, binding);

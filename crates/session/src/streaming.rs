@@ -24,7 +24,8 @@ pub fn analyze(rules: &Rules, flow: StreamedLog) -> Option<(Analysis, f64)> {
     let (channels, len) = (channels(rules), time.len());
     let frames =
         Frames { channels, len, time, stretches, layout, objects, bodies, attached, issues, ..Frames::default() };
-    let found = analysis::analyze_series(rules, &frames, &spilled, &leaves);
+    let mut found = analysis::analyze_series(rules, &frames, &spilled, &leaves);
+    analysis::explain_by_motion(&mut found, rules, &frames, &spilled);
     (!spilled.failed()).then_some((found, zero_stamp_s))
 }
 
@@ -42,7 +43,8 @@ struct StreamRun {
 
 impl StreamRun {
     fn new(rules: &Rules, graph: Graph) -> Self {
-        let kept = (0..).zip(channels(rules)).filter(|(_, it)| analysis::reads_later(rules, &it.name));
+        let is_kept = |name: &str| analysis::reads_later(rules, name) || analysis::reads_motion(name);
+        let kept = (0..).zip(channels(rules)).filter(|(_, channel)| is_kept(&channel.name));
         let kept = kept.map(|(channel, _)| channel).collect();
         Self {
             graph,

@@ -16,10 +16,11 @@ pub use attempts::number as number_attempts;
 pub use expected::ExpectedTasks;
 pub use unmeasured::{Undetectable, UnmeasuredTask, unmeasured};
 
-use super::{Analysis, Subject, TaskSpan, Track, TrackId, UNKNOWN};
+use super::{Analysis, Fall, Subject, TaskSpan, Track, TrackId, UNKNOWN, UntouchedMotion};
 use attempts::repeats;
 use serde::Serialize;
 use std::fmt;
+use std::ops::Range;
 
 /// Whether a recording is a success.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -121,7 +122,8 @@ impl Outcome {
         let names: Vec<&str> = names(found);
         let missing = found.expected.missing(&names);
         let is_as_expected = missing.is_empty();
-        let mut reasons: Vec<OutcomeReason> = results.iter().map(|result| result.reason(&results)).collect();
+        let mut reasons: Vec<OutcomeReason> =
+            results.iter().map(|result| result.reason(&results, &found.falls)).collect();
         reasons.extend(missing.into_iter().map(|missing| {
             let unmeasured = found.unmeasured.iter().find(|it| it.task == missing.name);
             let (kind, message) = match unmeasured {
@@ -151,7 +153,7 @@ impl Outcome {
         reasons.retain(|reason| reason.kind.supports(result));
         reasons.extend(misread);
         if result == OutcomeKind::Unknown && reasons.is_empty() {
-            reasons.push(if has_task { no_criterion() } else { no_task() });
+            reasons.push(if has_task { no_criterion() } else { no_task(&found.untouched) });
         }
         reasons.extend(unseen_failures(found).filter(|_| result == OutcomeKind::Success));
         let tasks = found.tracks.iter().flat_map(|track| &track.tasks);
@@ -223,8 +225,19 @@ impl OutcomeReason {
     }
 }
 
-fn no_task() -> OutcomeReason {
-    OutcomeReason::of_recording(ReasonKind::NoTask, None, "no task has a name".into())
+fn no_task(untouched: &[UntouchedMotion]) -> OutcomeReason {
+    let motion = untouched.iter().map(|UntouchedMotion { object, way_m, span_s: [start_s, end_s], distance_m }| {
+        let way = format!("; {object} moved {:.0} mm at {start_s:.3} – {end_s:.3} s, but no hand touched it", way_m * 1e3);
+        match distance_m {
+            Some(least) if *least > 0.0 => format!(
+                "{way}: its surface in the scene stays {:.0} mm or more from the fingertips; write its `parts` in their true size",
+                least * 1e3
+            ),
+            _ => format!("{way}; check its `parts` in the scene, and the contacts, forces or gripper of the hand"),
+        }
+    });
+    let message = std::iter::once("no task has a name".to_string()).chain(motion).collect();
+    OutcomeReason::of_recording(ReasonKind::NoTask, None, message)
 }
 
 fn no_criterion() -> OutcomeReason {
@@ -271,6 +284,7 @@ struct TaskResult<'a> {
     /// The failure is a part of a task that is a success.
     is_part_of_success: bool,
     span_s: [f64; 2],
+    frames: Range<usize>,
     /// The row after it.
     end_row: usize,
 }
@@ -304,6 +318,7 @@ fn of_track(track: &Track, frames: usize) -> Vec<TaskResult<'_>> {
                 attempt: span.attempt,
                 is_part_of_success,
                 span_s: [span.start_s, span.end_s],
+                frames: span.frames.clone(),
                 end_row: span.rows.end,
             });
         }
@@ -319,6 +334,7 @@ fn of_track(track: &Track, frames: usize) -> Vec<TaskResult<'_>> {
             attempt: last.attempt,
             is_part_of_success: false,
             span_s: [whole.start_s, whole.end_s],
+            frames: last.frames.clone(),
             end_row: whole.rows.end,
         }));
     }
@@ -326,7 +342,7 @@ fn of_track(track: &Track, frames: usize) -> Vec<TaskResult<'_>> {
 }
 
 impl TaskResult<'_> {
-    fn reason(&self, all: &[Self]) -> OutcomeReason {
+    fn reason(&self, all: &[Self], falls: &[Fall]) -> OutcomeReason {
         let mends = |later: &Self| {
             !later.failure && later.span_s[0] >= self.span_s[1] && repeats(self.subject, later.subject, true)
         };
@@ -338,7 +354,11 @@ impl TaskResult<'_> {
             (false, _) if self.attempt > 1 => (ReasonKind::Succeeded, format!(", attempt {}", self.attempt)),
             (false, _) => (ReasonKind::Succeeded, String::new()),
             (true, true) => (ReasonKind::Mended, " failed, and a later attempt succeeded".into()),
-            (true, false) => (ReasonKind::Failed, " failed, and no later attempt succeeded".into()),
+            (true, false) => {
+                let fall = falls.iter().find(|fall| fall.track == self.who && self.frames.contains(&fall.frame));
+                let fall = fall.map(|fall| fall_text(fall, self.subject.object.as_deref().unwrap_or("the object")));
+                (ReasonKind::Failed, format!(" failed, and no later attempt succeeded{}", fall.unwrap_or_default()))
+            }
         };
         let [start_s, end_s] = self.span_s;
         let (who, task, suffix) = (self.who, self.task, self.subject.suffix());
@@ -351,4 +371,13 @@ impl TaskResult<'_> {
             message: format!("{who} {task}{suffix} {start_s:.3} – {end_s:.3} s{end}"),
         }
     }
+}
+
+/// The height of a fall, and the param with which it is a release.
+fn fall_text(fall: &Fall, object: &str) -> String {
+    let from = if fall.is_from_open_jaws { " from the opened jaws" } else { "" };
+    let param = fall
+        .drop_way_m
+        .map(|way_m| format!("; if that is intended, set `params: {{drop_way: {:.0} mm}}`", way_m * 1e3));
+    format!(": {object} fell {:.0} mm{from} at {:.3} s{}", fall.height_m * 1e3, fall.start_s, param.unwrap_or_default())
 }

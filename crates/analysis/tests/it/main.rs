@@ -16,6 +16,7 @@ mod lost_bodies;
 #[path = "../../../engine/tests/it/numbers.rs"]
 #[allow(dead_code, reason = "the tests of `engine` use all of it")]
 mod numbers;
+mod object_motion;
 mod one_gripper;
 mod opening_jaws;
 mod outcome;
