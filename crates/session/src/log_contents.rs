@@ -1,5 +1,6 @@
 //! What a log and its scene lack for a channel of the rules, in words.
 
+use std::collections::BTreeSet;
 use teachtree_base::channels::{ChannelSpec, DISTANCE_KNOWN, Fallback, GRASP_KNOWN, ROTATION_KNOWN};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::scene::{Body, Role, Scene};
@@ -12,6 +13,8 @@ pub struct LogContents<'a> {
     scene: &'a Scene,
     /// Where a channel that is lacking would come from: `bound` by a binding, else `logged`.
     verb: &'static str,
+    /// The flags that the binding sets to a constant, by channel.
+    constant_flags: &'a BTreeSet<String>,
 }
 
 impl<'a> LogContents<'a> {
@@ -21,7 +24,13 @@ impl<'a> LogContents<'a> {
             columns: opened.recording.columns.keys().map(String::as_str).collect(),
             scene: &opened.recording.scene,
             verb: if has_binding { "bound" } else { "logged" },
+            constant_flags: &opened.constant_flags,
         }
+    }
+
+    /// Whether the binding sets a flag of a hand to a constant.
+    pub fn is_set_by_binding(&self, channel: &str, side: Side) -> bool {
+        self.constant_flags.contains(&format!("{side}.{channel}"))
     }
 
     /// Why a channel is zero in any recording with these columns and this scene: ``no force of the fingers is bound``. `None` if it can change. A channel that

@@ -256,6 +256,9 @@ fn silent(frames: &Frames, contents: &LogContents) -> SilentChannels {
                     ("target", Some(side)) => always_one_target(frames, side, first),
                     ("target.fixed", _) if first == 0.0 => "no object is `fixed_to` the hand".into(),
                     ("target.fixed", _) => "the target is always `fixed_to` the hand".into(),
+                    (name, Some(side)) if contents.is_set_by_binding(name, side) => {
+                        format!("the binding sets `{side}.{name}` to {first}")
+                    }
                     (name, _) => format!("`{name}` is {state} in the whole log"),
                 });
                 let value = AbstractValue::Constant(first);

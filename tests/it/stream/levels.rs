@@ -318,6 +318,11 @@ scene: {bodies: {cube: {role: object, radius: 30 mm}}}
     assert_eq!(told(&stated), Vec::<String>::new());
     let measured = told(&binding.replace("closed: opening [mm] < 50 mm", "closed: touch"));
     assert!(measured.iter().any(|it| it.contains("closed throughout") && it.ends_with("bind `= 1`")), "{measured:?}");
+    let never = binding.replace("hand_flags", "hand_gripper").replace("opening [mm] < 50 mm", "\"= 0\"");
+    let found = analysis(folder.path(), &text, &never);
+    let undetectable = issues(&found, "undetectable");
+    let stated = undetectable.iter().find(|it| it.contains("Grasp")).unwrap();
+    assert!(stated.ends_with("cannot be detected: the binding sets `right.gripper.closed` to 0"), "{undetectable:?}");
 }
 
 #[test]
