@@ -470,7 +470,7 @@ pub fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap
             while let Some((name, Value(value))) = entries.next_entry()? {
                 if params.len() == MAX_PARAMS {
                     let message = format!(
-                        "`{name}` is one parameter too many, expected at most {MAX_PARAMS}: values for many logs belong in the rules"
+                        "`{name}` is one parameter too many, expected at most {MAX_PARAMS}: write more into `params` of another entry in teachtree.yaml, or use `--set`"
                     );
                     return Err(de::Error::custom(message));
                 }
