@@ -173,7 +173,9 @@ fn text(log: &Inspection, recognition: &Recognition) -> String {
         let _ = writeln!(text, "  nothing can be detected: {error}");
     }
     for track in &recognition.tracks {
-        let _ = writeln!(text, "  {:<6} can be detected: {}", track.track.name(), track.detectable.join(", "));
+        let relabeled = track.relabeled.iter().map(|name| format!("{name} (by relabeling)"));
+        let names: Vec<String> = track.detectable.iter().cloned().chain(relabeled).collect();
+        let _ = writeln!(text, "  {:<6} can be detected: {}", track.track.name(), names.join(", "));
         for lack in &track.undetectable {
             let _ = writeln!(text, "         {}: {} cannot be detected", lack.reason, lack.primitives.join(", "));
         }

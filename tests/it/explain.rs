@@ -37,6 +37,35 @@ fn why_not_says_what_was_missing_where_it_was_nearest() {
     insta::assert_snapshot!(printed[..printed.find("\nright at").map_or(printed.len(), |end| end + 1)]);
 }
 
+/// A Pass is made by relabeling: no leaf of the tree gives it.
+#[test]
+fn why_not_names_the_labels_that_relabeling_rewrites() {
+    let log = ["examples/hand_over/hand_over_1.csv", "--binding", "examples/hand_over/hand_over.binding.yaml"];
+    let asked = |primitive: &str| {
+        let question = ["--at", "3s", "--track", "both", "--why-not", primitive];
+        teachtree(&[&["explain"], &log[..], &question[..]].concat())
+    };
+    let refused = asked("Pass");
+    assert_eq!(refused.status.code(), Some(2));
+    let help = "gives `Pass`\n  help: relabeling makes it of `MainGrasp` and `EqualGrasp`: ask `--why-not MainGrasp`";
+    assert!(complained(&refused).contains(help), "{}", complained(&refused));
+    let answered = asked("MainGrasp");
+    assert!(program::said(&answered).contains("  not MainGrasp"), "{}", complained(&answered));
+    let inspected = program::said(&teachtree(&[&["inspect"], &log[..]].concat()));
+    let both = inspected.lines().find(|line| line.contains("both   can be detected: ")).unwrap();
+    assert!(both.contains("EqualGrasp") && both.contains("Pass (by relabeling)"), "{both}");
+}
+
+/// What holds within a window is explained where it holds.
+#[test]
+fn a_slip_is_explained_by_its_way_and_its_limit() {
+    let log = "examples/contact_flags/box.csv";
+    let args = ["explain", log, "--binding", "examples/contact_flags/box.binding.yaml", "--at", "2.15s"];
+    let text = program::said(&teachtree(&args));
+    assert!(text.contains(": Slip box"), "{text}");
+    assert!(text.contains("yes drift > slip_way: ") && text.contains(" mm > 3 mm"), "{text}");
+}
+
 #[test]
 fn an_interval_is_explained_wherever_the_choices_change() {
     let text = said(&["--at", "10.9s..11.1s"]);

@@ -30,7 +30,7 @@ use teachtree_engine::inspect::Inspector;
 use teachtree_engine::runs::Leaves;
 use teachtree_frames::frames::Frames;
 use teachtree_language::evidence::evidence;
-use teachtree_language::rules::{Branch, Consequent, Expr, ExprKind, Label, Rules};
+use teachtree_language::rules::{Branch, Consequent, Expr, ExprKind, Label, RelabelRule, Rules};
 
 use serde::Serialize;
 use std::ops::Range;
@@ -182,9 +182,15 @@ pub fn explain(analyzed: &AnalyzedRecording, question: &Question) -> Result<Vec<
         if labels.is_some() && nearest.is_none() {
             let name = question.why_not.as_deref().unwrap_or_default();
             let message = format!("no leaf of the tree over `{}` gives `{name}`", question.who);
-            return Err(
-                InputError::new("--why-not", message).help("relabeling may produce it: see the `become` rules for it")
-            );
+            let rewritten = rewritten(analyzed.rules, labels.iter().flatten());
+            let help = match rewritten.first() {
+                Some(first) => {
+                    let all: Vec<String> = rewritten.iter().map(|name| format!("`{name}`")).collect();
+                    format!("relabeling makes it of {}: ask `--why-not {first}`", all.join(" and "))
+                }
+                None => "no relabeling rule makes it".into(),
+            };
+            return Err(InputError::new("--why-not", message).help(help));
         }
         let mut before: Option<(Vec<usize>, Option<Label>)> = None;
         for frame in frames.clone() {
@@ -268,6 +274,22 @@ fn labels(rules: &Rules, name: &str) -> Result<Vec<Label>, InputError> {
             Err(InputError::new("--why-not", format!("the rules have no primitive `{name}`")).help(help))
         }
     }
+}
+
+/// The names of the labels that relabeling rewrites to one of these patterns.
+fn rewritten<'a>(rules: &Rules, patterns: impl Iterator<Item = &'a Label>) -> Vec<String> {
+    let patterns: Vec<&Label> = patterns.collect();
+    let makes = |rule: &&RelabelRule| {
+        rule.kind.becomes().is_some_and(|label| patterns.iter().any(|pattern| pattern.covers(label)))
+    };
+    let mut names = Vec::new();
+    for label in rules.relabels.iter().filter(makes).flat_map(|rule| rule.kind.rewrites()) {
+        let name = rules.label_name(label);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
 }
 
 /// Why a track has its label on a frame, without the task.

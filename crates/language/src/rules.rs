@@ -424,6 +424,17 @@ impl RelabelKind {
             Self::Separate { .. } => None,
         }
     }
+
+    /// The labels that it rewrites.
+    pub fn rewrites(&self) -> Labels {
+        match self {
+            Self::Between { what, .. }
+            | Self::BetweenInHands { what, .. }
+            | Self::Become { what, .. }
+            | Self::Separate { what, .. } => what.clone(),
+            Self::Sequence { elements, .. } => elements.iter().flat_map(|(labels, _)| labels).copied().collect(),
+        }
+    }
 }
 
 /// How often an element of a sequence stands.

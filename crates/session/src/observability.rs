@@ -32,6 +32,9 @@ pub struct TrackObservability {
     /// The primitives that cannot, by reason.
     #[serde(rename = "cannot")]
     pub undetectable: Vec<Undetectable>,
+    /// The primitives that relabeling makes of those that can be detected.
+    #[serde(skip)]
+    pub relabeled: Vec<String>,
 }
 
 /// Primitives that the rules cannot detect in a log.
@@ -181,7 +184,27 @@ fn track(
         track: side.map_or(TrackId::Both, TrackId::Hand),
         detectable: names(&can),
         undetectable: cannot,
+        relabeled: vec![],
     }
+}
+
+/// The primitives that no leaf of the tree of a track gives, and that relabeling makes of those that can be detected.
+pub fn relabeled(rules: &Rules, track: &TrackObservability) -> Vec<String> {
+    let is_detectable = |label: &Label| {
+        let name = |label: Label| rules.label_name(label);
+        let covered = rules.labels().filter(|other| label.covers(*other)).map(name);
+        { covered }.any(|name| track.detectable.contains(&name))
+    };
+    let is_lost = |name: &String| track.undetectable.iter().any(|lack| lack.primitives.contains(name));
+    let mut names = Vec::new();
+    for rule in &rules.relabels {
+        let Some(name) = rule.kind.becomes().map(|label| rules.label_name(label)) else { continue };
+        let is_known = track.detectable.contains(&name) || is_lost(&name) || names.contains(&name);
+        if !is_known && rule.kind.rewrites().iter().any(is_detectable) {
+            names.push(name);
+        }
+    }
+    names
 }
 
 /// What a hand lacks that rules pick of its fingers; of a hand without any finger its channels say so.

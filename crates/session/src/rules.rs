@@ -67,7 +67,10 @@ impl Rules {
         let opened = log.opened()?;
         let frames = run::frames(&self.0.rules, opened)?;
         let contents = LogContents::new(opened, log.binding().is_some());
-        let tracks = observability::tracks(&lower(&self.0.rules), &frames, &contents);
+        let mut tracks = observability::tracks(&lower(&self.0.rules), &frames, &contents);
+        for track in &mut tracks {
+            track.relabeled = observability::relabeled(&self.0.rules, track);
+        }
         Ok(Observability { tracks, issues: frames.issues })
     }
 

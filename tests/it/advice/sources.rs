@@ -16,7 +16,7 @@ const LIST: &str = "lists what is known";
 const OTHER_TEST: &str = "a test of its own executes it: it needs a server, a link, a large file or several commands";
 
 /// How pieces of advice begin that no case executes, and why.
-const ELSEWHERE: [(&str, &str); 45] = [
+const ELSEWHERE: [(&str, &str); 44] = [
     ("use at least `resample: ", OTHER_TEST),
     ("please report this with the rules", FAULT),
     ("this is a bug of teachtree", FAULT),
@@ -42,7 +42,6 @@ const ELSEWHERE: [(&str, &str); 45] = [
     ("its tracks are", LIST),
     ("`{name}` {reason}", LIST),
     ("the first one is left out: ", LIST),
-    ("relabeling may produce it", "no shipped primitive has no leaf"),
     ("calibrate with a recording in the same scene", OTHER_TEST),
     ("delete it, or put a file in its place", OTHER_TEST),
     ("put a copy of the file in the place of the link", OTHER_TEST),

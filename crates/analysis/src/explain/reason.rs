@@ -186,8 +186,7 @@ impl<'a> Reasons<'_, 'a> {
                 // A condition that holds now is a reason only when it has the same sign.
                 let because = match now == holds {
                     true => vec![self.bare(inner, spot)?],
-                    false if holds => Vec::new(),
-                    false => self.interruption(temporal, inner, spot)?.into_iter().collect(),
+                    false => self.elsewhere(temporal, inner, spot)?.into_iter().collect(),
                 };
                 (Some(fact), because)
             }
@@ -359,16 +358,19 @@ impl<'a> Reasons<'_, 'a> {
         Ok(Fact::Window { wait, wanted_s: seconds(wanted) })
     }
 
-    /// Why a condition that holds now does not hold for long enough: the nearest frame on which it does not hold, and the reason there.
-    fn interruption(
+    /// Why a window differs from its condition now: the nearest frame that interrupts what must hold for long enough, or that is within the window of what must
+    /// hold once, and the reason there.
+    fn elsewhere(
         &mut self,
         op: &TemporalOperator<Constant>,
         inner: &'a Expr,
         spot: EvalPoint,
     ) -> Result<Option<Reason>> {
-        let looks_ahead = match op {
-            TemporalOperator::For(_) => false,
-            TemporalOperator::Lasting(_) => true,
+        let (looks_back, looks_ahead, wanted) = match op {
+            TemporalOperator::For(_) => (true, false, false),
+            TemporalOperator::Lasting(_) => (true, true, false),
+            TemporalOperator::WithinLast(_) => (true, false, true),
+            TemporalOperator::WithinNext(_) => (false, true, true),
             _ => return Ok(None),
         };
         let begin = self.inspector.began(inner, spot.this, spot.frame);
@@ -376,9 +378,9 @@ impl<'a> Reasons<'_, 'a> {
         let slot = if truth.is_array() { spot.slot } else { 0 };
         let start = self.start();
         let end = start + self.inspector.leaves().frames.len();
-        let fails = |frame: &usize| !truth.holds(slot, frame - start);
-        let before = (begin..spot.frame).rev().find(fails);
-        let after = (spot.frame + 1..end).find(fails).filter(|_| looks_ahead);
+        let is_it = |frame: &usize| truth.holds(slot, frame - start) == wanted;
+        let before = (begin..spot.frame).rev().find(is_it).filter(|_| looks_back);
+        let after = (spot.frame + 1..end).find(is_it).filter(|_| looks_ahead);
         let Some(frame) = before.into_iter().chain(after).min_by_key(|frame| frame.abs_diff(spot.frame)) else {
             return Ok(None);
         };
