@@ -1,7 +1,7 @@
 //! The force at a wrist from which on it is that of contact: a hand without a gripper moves objects, and its force is above this level nearly all of that time. A log
 //! without contact has two groups of forces too, of rest and of motion, so a level that no object shows is not written.
 
-use super::motion::{LEAST_S, lasts_s, ways, windows};
+use super::motion::{LEAST_S, MOVED_M, lasts_s, ways, windows};
 use super::recorded::{has_part, paths, tool, vector};
 use crate::clean::contact_level::two_groups;
 use nalgebra::Vector3;
@@ -9,9 +9,7 @@ use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 
-/// What moves by more than this in a window is moved, m.
-const WAY_M: f64 = 0.004;
-/// What is moved less in the whole log stands still, m.
+/// What moves less in the whole log stands still, m.
 const MOVES_M: f64 = 0.02;
 /// The share of the time of these motions in which the force is above the level, and of the time in which only the hand moves.
 const PUSHED: f64 = 0.9;
@@ -46,7 +44,7 @@ fn level(recording: &Recording, side: Side) -> Option<FoundLevel> {
     };
     let windows = windows(&recording.time);
     let moved = |path: &[Option<Vector3<f64>>]| -> Vec<bool> {
-        ways(path, &windows).iter().map(|way| way.is_some_and(|way| way.norm() > WAY_M)).collect()
+        ways(path, &windows).iter().map(|way| way.is_some_and(|way| way.norm() > MOVED_M)).collect()
     };
     let is_moved = |path: &[Option<Vector3<f64>>]| {
         let first = path.iter().flatten().next();

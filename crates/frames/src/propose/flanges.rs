@@ -1,7 +1,7 @@
 //! Tool points that are flanges by their names, and how far in front of them the gripper holds objects.
 
 use super::hands::Hand;
-use super::motion::{LEAST_S, goes_with, lasts_s, ways, windows};
+use super::motion::{CARRIED_M, LEAST_S, goes_with, lasts_s, ways, windows};
 use super::quantiles::median;
 use super::recorded::{paths, turns, vector};
 use super::words;
@@ -11,8 +11,6 @@ use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 
-/// An object moves with the hand if it moves by more than this in a window, m.
-const WAY_M: f64 = 0.01;
 /// Lengths of grippers with their mountings, m.
 const LENGTHS_M: std::ops::RangeInclusive<f64> = 0.08..=0.35;
 /// The place of what is held varies by at most this, m, and is at most this far from the axis, as a share of its distance along it.
@@ -44,7 +42,7 @@ fn length_m(recording: &Recording, side: Side) -> Option<f64> {
         let carried = (0..time.len()).filter(|row| is_closed(*row));
         held.extend(carried.filter_map(|row| {
             let (of_body, of_tool) = (ways[row]?, of_tool[row]?);
-            let is_carried = of_body.norm() > WAY_M && goes_with(&of_body, &of_tool);
+            let is_carried = of_body.norm() > CARRIED_M && goes_with(&of_body, &of_tool);
             Some(turns[row].inverse() * (path[row]? - tool[row]?)).filter(|_| is_carried)
         }));
     }

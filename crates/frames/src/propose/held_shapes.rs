@@ -1,6 +1,6 @@
 //! The shapes of objects that fingertips carry, in logs without contacts and grippers: as wide as the thumb and the opposite finger hold them.
 
-use super::motion::{Positions, goes_with, ways, windows};
+use super::motion::{CARRIED_M, LEAST_S, Positions, goes_with, ways, windows};
 use super::quantiles::median;
 use super::recorded::{has_part, paths, turns, vector};
 use crate::clean::contact_level::median_vector;
@@ -9,10 +9,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use teachtree_base::hands::{Finger, Side};
 use teachtree_base::recording::Recording;
 
-/// What moves by more than this in a window, m, is carried, if the fingertips move with it …
-const WAY_M: f64 = 0.01;
-/// … for at least this long, s.
-const LEAST_S: f64 = 0.3;
 /// What is tracked of a fingertip is this far from its skin, m.
 const SKIN_M: f64 = 0.01;
 /// The origin of what is held is at most this far from the middle of the fingertips, m.
@@ -94,7 +90,7 @@ impl BodyPath {
         for row in 1..time.len() {
             let [Some(of_body), Some(of_thumb), Some(of_other)] = [0, 1, 2].map(|of| of_all[of][row]) else { continue };
             let (Some(at), Some(one), Some(two)) = (self.at[row], thumb[row], other[row]) else { continue };
-            if of_body.norm() < WAY_M || !goes_with(&of_body, &of_thumb) || !goes_with(&of_body, &of_other) {
+            if of_body.norm() < CARRIED_M || !goes_with(&of_body, &of_thumb) || !goes_with(&of_body, &of_other) {
                 continue;
             }
             carried_s += time[row] - time[row - 1];

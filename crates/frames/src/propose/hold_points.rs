@@ -1,7 +1,7 @@
 //! Where hands hold and move objects in a bound log without fingertips and grippers, such as rigid bodies of a motion capture on the backs of hands. An object stays at one place
 //! in the frame of the hand that carries it, or that keeps it while the other hand takes something off it: the hand holds the object from when it is there.
 
-use super::motion::{LEAST_S, goes_with, lasts_s, ways, windows};
+use super::motion::{CARRIED_M, LEAST_S, MOVED_M, goes_with, lasts_s, ways, windows};
 use super::quantiles::quantile;
 use super::recorded::{has_part, paths, tool, turns};
 use crate::clean::contact_level::median_vector;
@@ -10,12 +10,8 @@ use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 
-/// An object that moves by more than this in a window, m, together with the hand, …
-const WAY_M: f64 = 0.01;
-/// … and is this far above or below its first place, m, is carried.
+/// An object that moves with the hand and is this far above or below its first place, m, is carried.
 const LIFTED_M: f64 = 0.02;
-/// An object that moves by more than this in a window, m, with the hand is moved by it.
-const MOVED_M: f64 = 0.004;
 /// An object that moves less in the whole log stands still, m.
 const STILL_M: f64 = 0.02;
 /// A hand that keeps an object moves by less than this in a window, m, is at most this far from it, m, and stays for at least this time, s.
@@ -214,7 +210,7 @@ impl Hand {
         };
         let is_lifted = (there.z - body.first.z).abs() > LIFTED_M;
         match kind {
-            Kind::Carried => is_lifted && of_body.norm() > WAY_M && goes_with(&of_body, &of_hand),
+            Kind::Carried => is_lifted && of_body.norm() > CARRIED_M && goes_with(&of_body, &of_hand),
             Kind::Moved => of_body.norm() > MOVED_M && goes_with(&of_body, &of_hand),
             Kind::Kept => of_hand.norm() < RESTS_M && self.places[at][row].is_some_and(|place| place.norm() < REACH_M),
         }

@@ -23,6 +23,7 @@ mod insertions;
 mod marker_sets;
 mod motion;
 mod parts;
+mod pushed_shapes;
 mod quantiles;
 mod recorded;
 mod relative_positions;
@@ -55,6 +56,7 @@ use hands::Hand;
 use held_shapes::HeldShape;
 use hold_points::{HoldPoint, Kind};
 use parts::Part;
+use pushed_shapes::PushedShape;
 use rests::Rest;
 use sockets::{Evidence, FoundSocket};
 use std::collections::BTreeMap;
@@ -125,6 +127,10 @@ struct Survey<'a> {
     force_rises: BTreeMap<Side, f64>,
     /// The shapes of bodies that fingertips carry in the bound log.
     held_shapes: BTreeMap<String, HeldShape>,
+    /// The faces of bodies that fingertips push in the bound log.
+    pushed_shapes: BTreeMap<String, PushedShape>,
+    /// How far fingertips are from the origins of bodies that move in the bound log, m.
+    reached_m: BTreeMap<String, f64>,
     /// The forces at wrists from which on they are contact, where the bound log shows them.
     levels: BTreeMap<Side, FoundLevel>,
     /// Sockets that the bound log shows.
@@ -222,6 +228,8 @@ impl<'a> Survey<'a> {
             hold_points: BTreeMap::new(),
             force_rises: BTreeMap::new(),
             held_shapes: BTreeMap::new(),
+            pushed_shapes: BTreeMap::new(),
+            reached_m: BTreeMap::new(),
             levels: BTreeMap::new(),
             sockets: vec![],
             maybe_sockets: vec![],
@@ -249,7 +257,13 @@ impl<'a> Survey<'a> {
         let is_bare = |hand: &Hand| hand.rotation.is_some() && hand.tips.is_empty();
         self.hold_points.retain(|side, _| self.hands.get(side).is_some_and(is_bare));
         self.force_rises = wrist_forces::rises(recording);
+        // A tool point at the surface of what it moves touches it.
+        if self.hold_points.is_empty() && self.contacts.lines.is_empty() {
+            self.pushed_shapes = pushed_shapes::pushed_shapes(recording);
+            self.reached_m = pushed_shapes::reached_m(recording);
+        }
         self.held_shapes = held_shapes::held_shapes(recording);
+        self.held_shapes.retain(|body, _| !self.pushed_shapes.contains_key(body));
         self.levels = contact_levels::levels(recording);
         self.bearings = if self.mechanism.is_none() { bearings::bearings(recording) } else { vec![] };
         let mut sockets = sockets::sockets(recording);

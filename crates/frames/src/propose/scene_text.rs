@@ -95,7 +95,8 @@ pub fn scene(survey: &Survey) -> String {
 /// place shows none.
 fn shows_shapes(survey: &Survey) -> bool {
     let has_fingers = survey.hands.values().any(|hand| hand.tips.len() > 1);
-    let is_shown = if has_fingers { !survey.held_shapes.is_empty() } else { survey.has_point() };
+    let has_shown = !survey.held_shapes.is_empty() || !survey.pushed_shapes.is_empty();
+    let is_shown = if has_fingers { has_shown } else { survey.has_point() };
     is_shown && survey.fixed.is_empty() && survey.bearings.is_empty() && survey.mechanism.is_none()
 }
 
@@ -206,20 +207,35 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
         }
         () => "; it never moves: `role: support`, `wall` or `socket`, if it is one",
     };
+    let still = |reach_m: f64| format!("{still}{}", untouched(survey, body, reach_m));
     let below_m = shape.supports.below_m.get(&body.name);
     let higher = if below_m.is_some() { "; as high as it stands above the table" } else { "" };
     if let Some(heights_m) = heights(body, shape).filter(|_| has_shape) {
         let (part, why) = body_shapes::part(survey, body, heights_m, shape.edge_m);
+        let still = still(body_shapes::reach_m(survey, body).unwrap_or(shape.edge_m));
         return format!("{{role: object, parts: [{part}]}}    # {why}{higher}{still}");
     }
     if has_shape {
         let height_m = below_m.map_or(shape.edge_m, |below_m| 2.0 * below_m);
         let (edge_m, why) = width(survey, body, shape);
         let size = boxed([edge_m, edge_m, height_m]);
+        let still = still(edge_m.max(height_m));
         return format!("{{role: object, parts: [{size}]}}    # {why}{higher}{still}");
     }
     let (radius_m, why) = radius(survey, body);
-    format!("{{role: object, radius: {:.0} mm}}    # {why}{still}", radius_m * 1e3)
+    format!("{{role: object, radius: {:.0} mm}}    # {why}{}", radius_m * 1e3, still(radius_m))
+}
+
+/// The remark that no hand reaches a body that moves, of which no hand shows the shape and that extends this far from its origin, m; empty otherwise.
+fn untouched(survey: &Survey, body: &Body, reach_m: f64) -> String {
+    /// `touch_near` of the rules.
+    const NEAR_M: f64 = 0.012;
+    let is_shown = survey.held_shapes.contains_key(&body.name) || survey.pushed_shapes.contains_key(&body.name);
+    let is_far = survey.reached_m.get(&body.name).is_some_and(|reached_m| *reached_m > reach_m + NEAR_M);
+    match is_far && body.moves() && !is_shown {
+        true => format!("; nothing touches {} with this size while it moves: write its size", body.name),
+        false => String::new(),
+    }
 }
 
 /// The lowest and the highest point of a body of hands without grippers above its origin, m: what never moves stands on the table.

@@ -4,7 +4,7 @@ use super::Survey;
 use super::bodies::Body;
 use super::contacts::Line;
 use super::hands::Hand;
-use super::motion::{LEAST_S, WINDOW_S, goes_with};
+use super::motion::{LEAST_S, MOVED_M, WINDOW_S, goes_with};
 use super::parts::{Part, distance};
 use super::quantiles::{median, quantile};
 use super::recorded::{paths, vector};
@@ -158,8 +158,7 @@ fn fastest(rows: Vec<usize>, way: impl Fn(usize) -> f64) -> Vec<usize> {
 /// Whether the force points along the motion of an object that the hand moves without holding it, as that on the object does, and the object; `None` if the log does
 /// not show it.
 fn is_along_push<'a>(force: &Force, side: Side, hand: &Hand, survey: &'a Survey) -> Option<(bool, Option<&'a str>)> {
-    /// An object is moved by more than this in a window, m, and the force is larger than this, N.
-    const WAY_M: f64 = 0.004;
+    /// The force is larger than this, N.
     const FEELS_N: f64 = 0.5;
     /// The least cosine of the angle between them.
     const ALONG: f64 = 0.5;
@@ -174,7 +173,7 @@ fn is_along_push<'a>(force: &Force, side: Side, hand: &Hand, survey: &'a Survey)
         let step = part.rows_in(WINDOW_S);
         let cosine = |row: usize| {
             let (from, middle) = (row - step, row - step / 2);
-            let moved = way(part, from, row).filter(|moved| moved.norm() > WAY_M)?;
+            let moved = way(part, from, row).filter(|moved| moved.norm() > MOVED_M)?;
             let of_tool = way(tool, part.row_in(from, tool), part.row_in(row, tool))?;
             let lifted_m = survey.upright(part.position(row)?)[2] - survey.upright(start)[2];
             let is_held = gripper.is_some_and(|gripper| gripper.is_closed(part.time_s(middle)));

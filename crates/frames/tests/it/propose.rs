@@ -6,6 +6,7 @@ mod lacking;
 mod levels;
 mod markers;
 mod names;
+mod pushed;
 mod relative;
 mod rotations;
 mod sockets;
