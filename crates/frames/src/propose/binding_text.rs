@@ -284,7 +284,7 @@ fn of_hand(
                 lines.push(line("tool.position".into(), tool, "the tool is fixed to the hand"));
             }
             () if length_m.is_some() => {
-                lines.push(line(format!("{side}.palm.position"), tool, "by its name the flange of the arm"));
+                lines.push(line(format!("{side}.palm.position"), tool, words::flange_reason(&tool.words)));
                 lines.extend(length_m.map(|length_m| of_flange(side, length_m)));
             }
             () if has_tips || !is_pair => {
@@ -332,7 +332,9 @@ fn of_flange(side: Side, length_m: f64) -> Line {
     Line {
         channel: format!("{side}.tcp.position"),
         columns: format!("{{at: {}, of: {side}.palm}}", point_mm([0.0, 0.0, length_m])),
-        reason: "as far in front of the flange as the gripper holds objects: give the length of the gripper".into(),
+        reason: format!(
+            "as far in front of the flange as the gripper holds objects: give the length of the gripper; if the columns of the palm are those of the point between the fingertips, bind them as `{side}.tcp.position` and `{side}.tcp.rotation` instead"
+        ),
     }
 }
 

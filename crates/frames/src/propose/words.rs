@@ -8,10 +8,23 @@ const TOOL: [&str; 15] = [
     "robot", "limb",
 ];
 /// Names of the flange of an arm and of its last link, which bears the flange; the best one first.
-const FLANGES: [&str; 12] = [
-    "flange", "tool0", "ee_link", "wrist_3", "wrist3", "bracelet", "link_8", "link8", "link_7", "link7", "link_6",
+const FLANGES: [&str; 13] = [
+    "flange",
+    "tool0",
+    "ee_link",
+    "wrist_3",
+    "wrist3",
+    "bracelet",
+    "link_8",
+    "link8",
+    "link_7",
+    "link7",
+    "link_6",
     "link6",
+    BROADCASTER,
 ];
+/// The topic of ROS 2 for the tool point that is set in a controller: the flange where none is set.
+const BROADCASTER: &str = "tcp_pose_broadcaster";
 /// Words for commands to a robot, which are not measurements.
 const COMMANDS: [&str; 11] =
     ["action", "actions", "cmd", "command", "commanded", "desired", "setpoint", "reference", "leader", "goal", "next"];
@@ -220,6 +233,14 @@ pub fn flange_rank(words: &[String]) -> Option<usize> {
         })
     };
     FLANGES.iter().position(is_it)
+}
+
+/// Why a name is that of a flange.
+pub fn flange_reason(words: &[String]) -> &'static str {
+    match words.join("_").contains(BROADCASTER) {
+        true => "the tool point of the controller, which is the flange where none is set",
+        false => "by its name the flange of the arm",
+    }
 }
 
 /// Whether a name is that of a thing worn at a hand, which is an object where the hand has a better tool point.

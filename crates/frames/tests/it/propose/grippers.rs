@@ -452,13 +452,15 @@ fn a_flange_is_bound_as_the_palm_behind_the_point_where_the_gripper_holds() {
     };
     // Links of arms have numbers, and no word for a tool.
     let links = ["panda_link8", "wrist_3_link", "lbr_link_7", "robot_link7", "link6", "tool0", "ee_link"];
-    for name in [&["flange", "iiwa_flange"][..], &links].concat() {
+    // The topic of a controller in which no tool point is set.
+    for name in [&["flange", "iiwa_flange", "tcp_pose_broadcaster_pose"][..], &links].concat() {
         let found = binding_of(name);
         let position = format!("{name}_<xyz>");
         assert_eq!(channel(&found, "right.palm.position"), Some(position.as_str()), "{found}");
         assert_eq!(channel(&found, "right.palm.rotation"), Some(format!("{name}_q<wxyz>").as_str()), "{found}");
         let point = Some("{at: [0 mm, 0 mm, 150 mm], of: right.palm}");
         assert_eq!(channel(&found, "right.tcp.position"), point, "{found}");
+        assert!(found.contains("bind them as `right.tcp.position` and `right.tcp.rotation` instead"), "{found}");
     }
     // What is 150 mm from a tool point may be a long object.
     for name in ["tcp", "flange_tcp", "link6_tcp", "panda_link8_ee", "tool0_tcp", "ee_link_tcp"] {
