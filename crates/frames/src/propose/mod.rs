@@ -19,6 +19,7 @@ mod hands;
 mod held_shapes;
 mod hold_points;
 mod holds;
+mod images;
 mod insertions;
 mod marker_sets;
 mod motion;

@@ -2,7 +2,7 @@
 
 use super::column_groups::{self, Form, Group};
 use super::quantiles::quantile;
-use super::words;
+use super::{images, words};
 use crate::inspect::{ColumnReport, Inspection, SheetReport, ValueKind};
 use std::collections::BTreeSet;
 use teachtree_base::units::{Dimension, compound_of_log};
@@ -181,6 +181,7 @@ pub fn distances(one: &Part, other: &Part) -> Vec<f64> {
 /// The groups of columns of a log.
 pub fn parts(log: &Inspection) -> Vec<Part<'_>> {
     let mut parts: Vec<Part> = log.sheets.iter().flat_map(of_sheet).collect();
+    images::leave_out(&mut parts);
     let unit = usual_unit(&parts);
     parts.iter_mut().filter(|part| part.is_unitless_position()).for_each(|part| part.guessed_unit = unit);
     parts

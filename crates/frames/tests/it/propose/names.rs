@@ -1,6 +1,6 @@
 //! The names of bodies.
 
-use super::{Column, along, binding, channel, lift, still};
+use super::{Column, along, binding, channel, lift, proposed, still};
 
 #[test]
 fn names_of_bodies_are_without_those_of_their_sources() {
@@ -101,4 +101,23 @@ fn a_glove_beside_a_tool_is_an_object() {
         assert_eq!(channel(&found, &format!("{tool}.position")), None, "{found}");
         assert!(found.contains(&format!(": {tool}_<xyz>")), "{found}");
     }
+}
+
+/// A camera of 3 by 4 pixels, which move as positions do, in columns of a number each; and a grid of the same form that is not of bytes.
+#[test]
+fn bytes_with_several_indices_are_an_image() {
+    let names: Vec<String> = (0..3).flat_map(|row| (0..4).map(move |at| format!("[{row}][{at}]"))).collect();
+    let of = |array: &str, value: fn(f64) -> f64| {
+        let names: Vec<String> = names.iter().map(|name| format!("{array}{name}")).collect();
+        let mut columns: Vec<Column> = vec![("tcp_x", along), ("tcp_y", along), ("tcp_z", lift)];
+        columns.extend(names.iter().map(|name| (name.as_str(), value)));
+        proposed(&columns)
+    };
+    let (binding, scene) = of("images/top", |passed| (20.0 + 200.0 * passed).floor());
+    assert!(binding.contains("(an image, as all 12 columns of images/top)"), "{binding}");
+    assert_eq!(binding.matches("  #   ").count(), 1, "{binding}");
+    assert!(channel(&binding, "right.tcp.position") == Some("tcp_<xyz>"), "{binding}");
+    assert!(!scene.contains("top"), "{scene}");
+    let (binding, _) = of("grid", |passed| 0.2 + passed);
+    assert!(!binding.contains("an image"), "{binding}");
 }
