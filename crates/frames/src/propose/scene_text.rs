@@ -209,7 +209,7 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
     };
     let still = |reach_m: f64| format!("{still}{}", untouched(survey, body, reach_m));
     let below_m = shape.supports.below_m.get(&body.name);
-    let higher = if below_m.is_some() { "; as high as it stands above the table" } else { "" };
+    let higher = if below_m.is_some() { "; as high as it stands above its support" } else { "" };
     if let Some(heights_m) = heights(body, shape).filter(|_| has_shape) {
         let (part, why) = body_shapes::part(survey, body, heights_m, shape.edge_m);
         let still = still(body_shapes::reach_m(survey, body).unwrap_or(shape.edge_m));

@@ -94,6 +94,18 @@ impl Supports {
             let height = survey.at(&body.name).map(|at| at[2] - top).filter(|height| (0.0..HIGHEST_M).contains(height));
             found.standing_m.extend(height.map(|height| (body.name.clone(), height)));
         }
+        // What rests on one body reaches as far down.
+        for carried in on_bodies.values() {
+            let height = carried.iter().map(|rest| rest.at[2] - shown(&rest.body)).fold(f64::INFINITY, f64::min);
+            for rest in carried {
+                let least =
+                    carried.iter().filter(|it| it.body == rest.body).map(|it| it.at[2]).fold(f64::INFINITY, f64::min);
+                let below = least - height;
+                if below - shown(&rest.body) > LEVEL_M && below * 2.0 < HIGHEST_M {
+                    found.below_m.entry(rest.body.clone()).or_insert(below);
+                }
+            }
+        }
         let bottom =
             |rest: &Rest| rest.at[2] - found.below_m.get(&rest.body).copied().unwrap_or_else(|| shown(&rest.body));
         let (mut of_bodies, mut others, mut table) = (BTreeMap::new(), vec![], None);

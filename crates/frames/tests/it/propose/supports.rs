@@ -118,6 +118,22 @@ fn a_named_support_does_not_replace_the_table_beside_it() {
     assert!(scene.contains("its top at 20 mm"), "{scene}");
 }
 
+#[test]
+fn of_two_objects_on_one_support_the_taller_one_shows_its_height() {
+    let tray: [Column; 3] = [("tray_x", |_| 0.1), ("tray_y", still), ("tray_z", |_| -0.01)];
+    // The can goes aside at the end.
+    let can: [Column; 3] =
+        [("can_x", |passed| if passed < 0.9 { 0.16 } else { 0.2 }), ("can_y", still), ("can_z", |_| 0.06)];
+    let scene = scene_with(&[tray, can].concat());
+    // The cube of 40 mm rests with its origin at 20 mm, on a top at 0 mm.
+    assert!(
+        line(&scene, "can").contains("{box: [40 mm, 40 mm, 120 mm]}]}    # the width that the gripper holds"),
+        "{scene}"
+    );
+    assert!(line(&scene, "can").contains("as high as it stands above its support"), "{scene}");
+    assert!(line(&scene, "tray").contains("its top is 10 mm above its origin"), "{scene}");
+}
+
 /// A bowl that is held by its rim, 60 mm beside its origin.
 #[test]
 fn an_object_is_as_wide_as_it_is_held_beside_its_origin() {
