@@ -87,6 +87,7 @@ fn even_stamps<'a>(used: &[&'a SheetReport]) -> Option<&'a str> {
 fn usual_rate(log: &Inspection) -> (f64, &'static str) {
     let has = |part: &str| log.sheets.iter().flat_map(|sheet| &sheet.columns).any(|column| column.name.contains(part));
     match () {
+        () if has("demo_start_pose") && has("eef_rot_axis_angle") => (59.94, "59.94 Hz is that of the camera of UMI"),
         () if has("observations/qpos") => (50.0, "50 Hz is that of ALOHA"),
         () if has("obs/") => (20.0, "20 Hz is that of robomimic, MimicGen and LIBERO"),
         () if log.log.contains(".zarr") => (10.0, "10 Hz is that of Diffusion Policy"),

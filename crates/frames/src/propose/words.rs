@@ -139,6 +139,9 @@ const PARTS: [&str; 24] = [
     "forearm", "clavicle", "arm", "link", "joint", "base", "camera", "map", "odom", "mount", "torso",
 ];
 
+/// Words for where a robot begins, ends or rests in a demonstration.
+const ENDS: [&str; 7] = ["demo", "start", "end", "home", "init", "initial", "rest"];
+
 /// Words for bodies that carry others.
 const SUPPORTS: [&str; 9] = ["table", "tray", "bin", "shelf", "plate", "surface", "ground", "floor", "desk"];
 
@@ -250,18 +253,20 @@ pub fn is_worn(words: &[String]) -> bool {
         && !has(words, &["link"])
 }
 
-/// Whether all words of a name are for a hand or a tool, its side, or a quantity: no object has this name.
+/// Whether all words of a name are for a hand or a tool, its side, a place where it begins or ends, or a quantity: no object has this name.
 pub fn is_only_tool(words: &[String]) -> bool {
     let is_of = |word: &String| {
         let word = std::slice::from_ref(word);
-        tool_rank(word).is_some() || side(word).is_some() || has(word, &GENERIC)
+        tool_rank(word).is_some() || side(word).is_some() || has(word, &GENERIC) || has(word, &ENDS)
     };
     tool_rank(words).is_some() && words.iter().all(is_of)
 }
 
 /// Whether a place is a part of a person, of a robot or of the room.
 pub fn is_part(words: &[String]) -> bool {
-    words.iter().any(|word| PARTS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
+    // The back of a hand is the hand.
+    let is_of_hand = |word: &str| word == "back" && has(words, &["hand"]);
+    words.iter().any(|word| PARTS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())) && !is_of_hand(word))
 }
 
 /// Whether the name of a body is that of one that carries others.

@@ -121,3 +121,25 @@ fn bytes_with_several_indices_are_an_image() {
     let (binding, _) = of("grid", |passed| 0.2 + passed);
     assert!(!binding.contains("an image"), "{binding}");
 }
+
+/// A rigid body on the back of a hand, and where a robot begins and ends in a demonstration.
+#[test]
+fn the_back_of_a_hand_is_a_hand_and_the_ends_of_a_demonstration_are_no_objects() {
+    for name in ["BackOfHand", "hand_back"] {
+        let names = ["x", "y", "z"].map(|axis| format!("{name}_{axis}"));
+        let ways: [fn(f64) -> f64; 3] = [along, along, lift];
+        let columns: Vec<Column> = names.iter().map(String::as_str).zip(ways).collect();
+        let found = binding(&columns);
+        assert_eq!(channel(&found, "right.tcp.position"), Some(format!("{name}_<xyz>").as_str()), "{found}");
+    }
+    let columns: [Column; 6] = [
+        ("robot0_eef_pos_x", along),
+        ("robot0_eef_pos_y", still),
+        ("robot0_eef_pos_z", lift),
+        ("robot0_demo_start_pose_x", |_| 0.4),
+        ("robot0_demo_start_pose_y", still),
+        ("robot0_demo_start_pose_z", still),
+    ];
+    let (_, scene) = proposed(&columns);
+    assert!(!scene.contains("demo"), "{scene}");
+}
