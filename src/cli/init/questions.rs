@@ -20,7 +20,7 @@ pub fn proposed(log: &Path, may_ask: bool) -> Result<Proposal, Failure> {
     let first = propose(&inspected, &Answers::default());
     let is_asked = may_ask && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     if !is_asked || first.questions.is_empty() {
-        return Ok(with_places(first, &inspected, &Answers::default(), formats::open(log)?));
+        return Ok(with_places(first, &inspected, &Answers::default(), &|| formats::open(log)));
     }
     let mut answers = Answers::default();
     let mut input = std::io::stdin().lock();
@@ -37,7 +37,7 @@ pub fn proposed(log: &Path, may_ask: bool) -> Result<Proposal, Failure> {
             }
         }
     }
-    Ok(with_places(propose(&inspected, &answers), &inspected, &answers, formats::open(log)?))
+    Ok(with_places(propose(&inspected, &answers), &inspected, &answers, &|| formats::open(log)))
 }
 
 /// A rate of rows, Hz.

@@ -21,6 +21,7 @@ mod hold_points;
 mod holds;
 mod images;
 mod insertions;
+mod low_closings;
 mod marker_sets;
 mod motion;
 mod parts;
@@ -61,6 +62,7 @@ use pushed_shapes::PushedShape;
 use rests::Rest;
 use sockets::{Evidence, FoundSocket};
 use std::collections::BTreeMap;
+use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 use teachtree_base::yaml;
@@ -74,6 +76,8 @@ pub struct Answers {
     pub rate_hz: Option<f64>,
     /// Hands whose gripper is closed at the other end than proposed.
     pub is_reversed: BTreeMap<Side, bool>,
+    /// Hands whose gripper the bound log shows to be closed at the other end.
+    turned: Vec<Side>,
 }
 
 /// What a person may know better than the log shows.
@@ -279,6 +283,18 @@ impl<'a> Survey<'a> {
         self.contacts.lines.retain(|line| line.object().is_none_or(|object| !is_fixed(object)));
     }
 
+    /// The grippers whose closed end nothing but the heights at which they close shows to be the other one.
+    fn turned(&self, recording: &Recording, answers: &Answers) -> Vec<Side> {
+        let is_open = |side: &Side| {
+            let is_guess = |gripper: &Gripper| gripper.is_guess && gripper.opening.is_none();
+            !answers.turned.contains(side)
+                && !answers.is_reversed.contains_key(side)
+                && self.grippers.get(side).is_some_and(is_guess)
+        };
+        let closings = low_closings::sets_flag(recording).into_iter();
+        closings.filter(|(side, sets_flag)| !sets_flag && is_open(side)).map(|(side, _)| side).collect()
+    }
+
     /// Where a body is first, m, z up.
     fn at(&self, name: &str) -> Option<[f64; 3]> {
         let first = || Some(self.upright(self.bodies.iter().find(|body| body.name == name)?.start()?));
@@ -336,18 +352,26 @@ pub fn propose(log: &Inspection, answers: &Answers) -> Proposal {
     proposal(Survey::new(log), log, answers)
 }
 
-/// The same proposal with what only the bound log shows, where positions are in one frame with z up: where bodies begin, sockets and bearings. `source` is the log
-/// opened anew. Where the binding does not fit the log, the proposal stays as it is.
+/// The same proposal with what only the bound log shows, where positions are in one frame with z up: where bodies begin, sockets and bearings. `open` opens
+/// the log anew. Where the log cannot be opened again, or the binding does not fit it, the proposal stays as it is.
 #[must_use]
-pub fn with_places(first: Proposal, log: &Inspection, answers: &Answers, source: Source) -> Proposal {
-    match bound(&first, source) {
-        Some(recording) => {
-            let mut survey = Survey::new(log);
-            survey.place(&recording);
-            proposal(survey, log, answers)
-        }
-        None => first,
+pub fn with_places(
+    first: Proposal,
+    log: &Inspection,
+    answers: &Answers,
+    open: &dyn Fn() -> Result<Source, InputError>,
+) -> Proposal {
+    let Some(recording) = open().ok().and_then(|source| bound(&first, source)) else { return first };
+    let mut survey = Survey::new(log);
+    let turned = survey.turned(&recording, answers);
+    if !turned.is_empty() {
+        let turned = [answers.turned.clone(), turned].concat();
+        let answers = Answers { turned, ..answers.clone() };
+        let first = proposal(survey, log, &answers);
+        return with_places(first, log, &answers, open);
     }
+    survey.place(&recording);
+    proposal(survey, log, answers)
 }
 
 /// The log under the names of channels.

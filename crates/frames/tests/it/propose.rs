@@ -63,7 +63,7 @@ fn placed(columns: &[Column]) -> Proposal {
     let path = folder.path().join("log.csv");
     fs::write(&path, table(columns)).unwrap();
     let log = inspect(formats::open(&path).unwrap(), None, None).unwrap();
-    with_places(propose(&log, &Answers::default()), &log, &Answers::default(), formats::open(&path).unwrap())
+    with_places(propose(&log, &Answers::default()), &log, &Answers::default(), &|| formats::open(&path))
 }
 
 /// The binding that is proposed for a text.

@@ -486,3 +486,25 @@ fn poses_that_are_repeated_between_frames_of_a_camera_show_the_hold() {
     let line = found.lines().find(|line| line.contains("  right.gripper.closed: gripper > ")).unwrap_or(&found);
     assert!(line.contains("an object moves with it there"), "{line}");
 }
+
+/// The tool comes down, rises with the object, comes down again and rises.
+fn two_dips(passed: f64) -> f64 {
+    let dip = |at: f64| (1.0 - ((passed - at) / 0.15).abs()).max(0.0);
+    0.3 - 0.25 * (dip(0.3) + dip(0.7))
+}
+
+#[test]
+fn a_gripper_closes_where_the_tool_is_low_for_the_first_time() {
+    const BETWEEN: fn(f64) -> f64 = |passed| if (0.3..0.7).contains(&passed) { 0.52 } else { 0.01 };
+    let of = |gripper: fn(f64) -> f64, height: fn(f64) -> f64| {
+        let columns: [Column; 4] =
+            [("tcp_x", along), ("tcp_y", still), ("tcp_z", height), ("gripper_position", gripper)];
+        let found = placed(&columns).binding;
+        channel(&found, "right.gripper.closed").unwrap_or_default().to_string()
+    };
+    assert_eq!(of(BETWEEN, two_dips), "gripper_position > 0.265");
+    assert_eq!(of(|passed| 0.53 - BETWEEN(passed), two_dips), "gripper_position < 0.265");
+    // Nothing shows where it closes: it is low only once, or changes once.
+    assert_eq!(of(BETWEEN, |passed| two_dips(passed.min(0.5))), "gripper_position < 0.265");
+    assert_eq!(of(|passed| if passed < 0.3 { 0.01 } else { 0.52 }, two_dips), "gripper_position < 0.265");
+}

@@ -92,7 +92,7 @@ fn the_sign_of_a_force_in_a_link_is_judged_in_the_frame_of_the_bound_log() {
         fs::write(&log, text).unwrap();
         let inspected = inspect(formats::open(&log).unwrap(), None, None).unwrap();
         let first = propose(&inspected, &Answers::default());
-        with_places(first, &inspected, &Answers::default(), formats::open(&log).unwrap()).binding
+        with_places(first, &inspected, &Answers::default(), &|| formats::open(&log)).binding
     };
     // The weight of the cube pulls the hand down, along z of the sensor.
     let on_hand = binding_for(2.0);
