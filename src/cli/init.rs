@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis::UNKNOWN;
 use teachtree_analysis::outcome::{OutcomeKind, ReasonKind};
 use teachtree_base::error::InputError;
-use teachtree_frames::propose::{Proposal, quoted};
+use teachtree_frames::propose::{ProjectParams, Proposal, quoted};
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::atomic_write::Files;
 use teachtree_logs::read::formats;
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let alike = Alike::new(&logs, &folder, args.out.is_some());
     let binding = (!is_canonical).then_some(places.binding.as_path());
     // What cannot be edited is refused before files are written.
-    NewEntries::new(&places.project, &alike, binding)?.text(&keys(binding.map(|_| &places), None))?;
+    NewEntries::new(&places.project, &alike, binding)?.text(&keys(binding.map(|_| &places), None, None))?;
     let proposal = if is_canonical { None } else { Some(questions::proposed(log, !args.yes)?) };
     if let Some(folder) = &args.out {
         output::make_folder(folder)?;
@@ -107,9 +107,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let analyzed = match &proposal {
         Some(proposal) if !proposal.has_channels => Err(nothing_guessed(&places.binding).into()),
-        _ => analyzed(log, proposal.is_some().then_some(&places)),
+        proposal => analyzed(log, proposal.as_ref().map(|proposal| (&places, &proposal.params))),
     };
-    let keys = keys(binding.map(|_| &places), analyzed.as_ref().ok());
+    let params = proposal.as_ref().map(|proposal| &proposal.params);
+    let keys = keys(binding.map(|_| &places), params, analyzed.as_ref().ok());
     if let Some(text) = NewEntries::new(&places.project, &alike, binding)?.text(&keys)? {
         written.write_project(&places.project, &text)?;
     }
@@ -214,23 +215,27 @@ fn nothing_guessed(binding: &Path) -> InputError {
     error.help("write the columns after their channels, such as `right.tcp.position: x<xyz>` (docs/bindings.md)")
 }
 
-fn analyzed(log: &Path, places: Option<&Places>) -> Result<Analysis, Failure> {
-    let options = Log::options();
-    let options = match places {
-        Some(places) => options.binding(&places.binding).scene(&places.scene),
-        None => options,
-    };
+fn analyzed(log: &Path, guessed: Option<(&Places, &ProjectParams)>) -> Result<Analysis, Failure> {
+    let (mut options, mut rules) = (Log::options(), Rules::options());
+    if let Some((places, params)) = guessed {
+        options = options.binding(&places.binding).scene(&places.scene);
+        rules = params.values.iter().fold(rules, |rules, (name, value)| rules.param(name, value));
+    }
     let log = options.open(log)?;
-    Ok(Rules::for_log(&log)?.analyze(&log)?)
+    Ok(rules.for_log(&log)?.analyze(&log)?)
 }
 
 /// The keys of an entry of the project file, a line each; canonical logs have neither binding nor scene.
-fn keys(places: Option<&Places>, analysis: Option<&Analysis>) -> Vec<String> {
+fn keys(places: Option<&Places>, params: Option<&ProjectParams>, analysis: Option<&Analysis>) -> Vec<String> {
     let name = |path: &Path| quoted(&path.file_name().unwrap_or_default().to_string_lossy());
     let mut keys = match places {
         Some(places) => vec![format!("binding: {}", name(&places.binding)), format!("scene: {}", name(&places.scene))],
         None => vec!["params: {}    # values of params, such as touch_on: 0.3 N".into()],
     };
+    if let Some(params) = params.filter(|params| !params.values.is_empty()) {
+        let values: Vec<String> = params.values.iter().map(|(name, value)| format!("{name}: {value}")).collect();
+        keys.push(format!("params: {{{}}}    # {}", values.join(", "), params.reason));
+    }
     // A recording that failed or has no outcome is not an example, unless only the rules lack a criterion.
     let is_example = |analysis: &&Analysis| {
         let outcome = analysis.outcome();

@@ -10,7 +10,7 @@ use super::timing::Timing;
 use super::words;
 use super::wrist_forces::{self, UNKNOWN_SIGN};
 use super::yaml_scalar::{comment, quoted, scalar};
-use super::{Answers, Survey, low_closings};
+use super::{Answers, Survey, low_closings, param_text};
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 use teachtree_base::hands::Side;
@@ -39,7 +39,7 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     } else if survey.fixed.values().any(|side| survey.hands.get(side).is_some_and(|hand| hand.force.is_none())) {
         text.push_str("hand_file: hand_holding.rules    # each hand has its object all the time\n");
     }
-    text.push_str(&params(survey));
+    text.push_str(&param_text::params(survey));
     for line in &timing.lines {
         let _ = writeln!(text, "{line}");
     }
@@ -80,45 +80,6 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     text.push_str(&wrist_forces::tare(survey));
     text.push_str(&sensors(survey));
     text
-}
-
-/// Params of the rules that the log shows.
-fn params(survey: &Survey) -> String {
-    let grippers = || survey.grippers.values();
-    let reaches: Option<Vec<f64>> = grippers().map(|gripper| gripper.reach_m).collect();
-    let reach_m = reaches.and_then(|reaches| reaches.into_iter().reduce(f64::max));
-    // One value is for all grippers. Rules that read contacts of fingers have no such param.
-    let holds_more = |shut_m: &f64| grippers().all(|gripper| gripper.held_m.is_none_or(|held_m| held_m > *shut_m));
-    let shut_m = grippers().filter_map(|gripper| gripper.shut_m).reduce(f64::max).filter(holds_more);
-    let shut_m = shut_m.filter(|_| survey.contacts.lines.is_empty());
-    let reach = reach_m.map(|reach_m| {
-        let value = format!("grip_reach: {} mm", (reach_m * 1e3).round());
-        (value, "fingers farther from an object hold nothing: a relaxed hand is narrow too".to_string())
-    });
-    let shut = shut_m.map(|shut_m| {
-        let value = format!("shut: {} mm", (shut_m * 1e4).round() / 10.0);
-        (value, "a narrower gripper is empty: it is so only at the beginning of the log".to_string())
-    });
-    let approach_s = survey.approach_s.filter(|_| survey.contacts.lines.is_empty());
-    let approach = approach_s.map(|approach_s| {
-        let value = format!("approach_time: {} s", (approach_s * 10.0).round().clamp(2.0, 100.0) / 10.0);
-        let time = if approach_s > 10.0 { "for 10 s or longer" } else { "for this time" };
-        let reason =
-            format!("the tool is near the place of a grasp {time} before; the log has no position of the object");
-        (value, format!("{reason}; `live` waits for this time"))
-    });
-    let turns_it = survey.hold_points.values().any(|hold| hold.turns_it);
-    let again = turns_it.then(|| {
-        let reason =
-            "a hand that turns an object, leaves it and comes back has not missed it; `live` waits for this time";
-        ("miss_again: 5 s".to_string(), reason.to_string())
-    });
-    let (values, reasons): (Vec<String>, Vec<String>) =
-        reach.into_iter().chain(shut).chain(approach).chain(again).unzip();
-    if values.is_empty() {
-        return String::new();
-    }
-    format!("params: {{{}}}    # {}\n", values.join(", "), reasons.join("; "))
 }
 
 /// What was guessed of the log as a whole and what has no channel for it, as comments.
@@ -170,7 +131,7 @@ fn robots(survey: &Survey) -> String {
 }
 
 /// Whether there are two grippers and no body.
-fn is_pair(survey: &Survey) -> bool {
+pub fn is_pair(survey: &Survey) -> bool {
     survey.grippers.len() > 1 && survey.bodies.is_empty()
 }
 

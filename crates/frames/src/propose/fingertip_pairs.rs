@@ -32,7 +32,6 @@ pub fn gripper(side: Side, hand: &Hand, bodies: &[Body]) -> Option<Gripper> {
         opening: Some((format!("{{{of}}}"), "the distance of the fingertips".into())),
         held_m: Some(low),
         reach_m: reach_m([thumb, index], &closed, bodies, edge(Some(low)).0),
-        shut_m: None,
         closed_at: widths.iter().map(|(row, width)| (thumb.time_s(*row), width * 1e3 < limit_mm)).collect(),
         is_guess: false,
         sheet: thumb.sheet.name.clone(),

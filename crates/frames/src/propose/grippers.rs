@@ -49,9 +49,6 @@ const OTHERS: [&str; 16] = [
     "id",
 ];
 
-/// The opening below which the rules take a gripper for empty, m: `shut`.
-const SHUT_M: f64 = 0.002;
-
 /// A gripper.
 #[derive(Clone, Debug)]
 pub struct Gripper {
@@ -67,8 +64,6 @@ pub struct Gripper {
     pub held_m: Option<f64>,
     /// How far from the bounding ball of an object it holds it at most, m, where positions of both fingertips show it.
     pub reach_m: Option<f64>,
-    /// Below which opening it is empty, m, where it begins narrower than it ever is again.
-    pub shut_m: Option<f64>,
     /// When it is closed, s: at each sample.
     pub closed_at: Vec<(f64, bool)>,
     /// Whether nothing but the name shows the closed end.
@@ -268,7 +263,6 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         (columns, reasons.join(", "))
     };
     let held_m = if is_length { Some(closed * factor) } else { stroke.as_ref().map(|stroke| stroke.closed_m) };
-    let shut_m = narrow_start(column, [closed, open]).zip(held_m.filter(|_| is_low));
     Some(Gripper {
         closed: flag(is_low),
         reason: if is_flag {
@@ -279,7 +273,6 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         alternative: Some(flag(!is_low)),
         held_m,
         reach_m: None,
-        shut_m: shut_m.map(|(narrow, held_m)| held_m * narrow / closed).filter(|shut_m| *shut_m > SHUT_M),
         closed_at: (0..part.rows())
             .zip(&column.samples)
             .filter(|(_, value)| value.is_finite())
@@ -289,18 +282,6 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
         is_guess: by_motion.is_none() && !says_closed,
         sheet: part.sheet.name.clone(),
     })
-}
-
-/// The middle between the value at which a gripper begins and the larger one at which it holds things, if it never is as narrow again after it has opened.
-fn narrow_start(column: &ColumnReport, [held, open]: [f64; 2]) -> Option<f64> {
-    /// The two differ by more than this share of the way from held to open.
-    const CLEARLY: f64 = 0.15;
-    let values = || column.samples.iter().copied().filter(|value| value.is_finite());
-    let first = values().next()?;
-    let narrow = f64::midpoint(first, held);
-    let later = values().skip_while(|value| *value < f64::midpoint(held, open));
-    let is_narrow = held > 0.0 && first + CLEARLY * (open - held) < held;
-    (is_narrow && later.fold(f64::INFINITY, f64::min) > narrow).then_some(narrow)
 }
 
 /// How many fingers move as far as a column of one finger shows.

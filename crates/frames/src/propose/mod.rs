@@ -11,10 +11,12 @@ mod column_groups;
 mod contact_levels;
 mod contacts;
 mod copies;
+mod empty_grippers;
 mod fingertip_pairs;
 mod flanges;
 mod grippers;
 mod hand_markers;
+mod hand_overs;
 mod hands;
 mod held_shapes;
 mod hold_points;
@@ -24,6 +26,7 @@ mod insertions;
 mod low_closings;
 mod marker_sets;
 mod motion;
+mod param_text;
 mod parts;
 mod pushed_shapes;
 mod quantiles;
@@ -53,6 +56,7 @@ use bearings::FoundBearing;
 use bodies::Body;
 use contact_levels::FoundLevel;
 use contacts::Contacts;
+use empty_grippers::Widths;
 use grippers::Gripper;
 use hands::Hand;
 use held_shapes::HeldShape;
@@ -89,6 +93,15 @@ pub enum Question {
     Closed(Side, String, String),
 }
 
+/// Values of params for the project file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProjectParams {
+    /// Names and values.
+    pub values: Vec<(String, String)>,
+    /// Why.
+    pub reason: String,
+}
+
 /// A binding and a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposal {
@@ -96,6 +109,8 @@ pub struct Proposal {
     pub binding: String,
     /// The text of the scene.
     pub scene: String,
+    /// What stands in the project file beside both.
+    pub params: ProjectParams,
     /// Whether a column was found for any channel.
     pub has_channels: bool,
     /// What the log does not show.
@@ -124,6 +139,10 @@ struct Survey<'a> {
     held_beside_m: BTreeMap<String, f64>,
     /// How long grippers approach objects without a position in the bound log, s.
     approach_s: Option<f64>,
+    /// How far grippers are open on objects and empty in the bound log.
+    widths: BTreeMap<Side, Widths>,
+    /// How far two grippers are apart when one takes over what the other holds in the bound log, m.
+    handed_over_m: Option<f64>,
     /// How far in front of flanges grippers hold objects in the bound log, m.
     flange_lengths_m: BTreeMap<Side, f64>,
     /// Where hands without fingertips and grippers hold objects in the bound log.
@@ -229,6 +248,8 @@ impl<'a> Survey<'a> {
             rests: vec![],
             held_beside_m: BTreeMap::new(),
             approach_s: None,
+            widths: BTreeMap::new(),
+            handed_over_m: None,
             flange_lengths_m: BTreeMap::new(),
             hold_points: BTreeMap::new(),
             force_rises: BTreeMap::new(),
@@ -256,6 +277,8 @@ impl<'a> Survey<'a> {
         self.rests = rests::rests(recording);
         self.held_beside_m = rests::held_beside_m(recording);
         self.approach_s = approaches::approach_s(recording).filter(|_| self.bodies.is_empty());
+        self.widths = empty_grippers::widths(recording);
+        self.handed_over_m = hand_overs::distance_m(recording, &self.widths);
         self.flange_lengths_m = flanges::lengths_m(recording);
         self.flange_lengths_m.retain(|side, _| self.hands.get(side).is_some_and(flanges::is_flange));
         self.hold_points = hold_points::hold_points(recording);
@@ -392,6 +415,7 @@ fn proposal(survey: Survey, log: &Inspection, answers: &Answers) -> Proposal {
     Proposal {
         binding: binding_text::binding(&survey, &timing, answers),
         scene: scene_text::scene(&survey),
+        params: param_text::project_params(&survey),
         has_channels: binding_text::has_channels(&survey, answers),
         questions,
         lacking: lacking(&survey),

@@ -61,7 +61,6 @@ pub fn gripper(hand: &Hand) -> Option<Gripper> {
         opening: None,
         held_m: None,
         reach_m: None,
-        shut_m: None,
         closed_at: (0..force.rows()).map(|row| (force.time_s(row), is_loaded(column.samples[row]))).collect(),
         is_guess: false,
         sheet: force.sheet.name.clone(),

@@ -48,14 +48,17 @@ fn noise_of_a_gripper_at_rest_is_not_its_opening() {
     assert!(channel(&found, "right.gripper.closed").is_some(), "{found}");
 }
 
-/// It begins shut, opens, holds an object and opens; the same without the beginning; and the same, shut again at the end.
+/// A gripper that holds an object from 0.3 to 0.7 of the log is empty where it begins narrower, and where it ends so again.
 #[test]
-fn a_gripper_that_only_begins_narrow_is_empty_there() {
+fn a_gripper_that_rests_narrower_than_it_holds_is_empty_there() {
     type Width = fn(f64) -> f64;
-    let cases: [(Width, bool); 3] = [
+    let cases: [(Width, bool); 5] = [
         (|passed| if passed < 0.1 { 0.01 } else { held_width(passed) }, true),
+        (|passed| if (0.1..0.9).contains(&passed) { held_width(passed) } else { 0.01 }, true),
         (held_width, false),
-        (|passed| if (0.1..0.9).contains(&passed) { held_width(passed) } else { 0.01 }, false),
+        // It may hold something thinner there.
+        (|passed| if passed < 0.9 { held_width(passed) } else { 0.01 }, false),
+        (|passed| if (0.1..0.16).contains(&passed) || passed < 0.05 { 0.01 } else { held_width(passed) }, false),
     ];
     for (width, is_written) in cases {
         let columns: [Column; 7] = [
@@ -67,12 +70,41 @@ fn a_gripper_that_only_begins_narrow_is_empty_there() {
             ("cube_y", still),
             ("cube_z", lift),
         ];
-        let found = binding(&columns);
+        let found = placed(&columns).binding;
         let shut = found.lines().find_map(|line| line.strip_prefix("params: {shut: ")?.split(' ').next());
         assert_eq!(shut.is_some(), is_written, "{found}");
         let is_between = |shut: &str| shut.parse::<f64>().is_ok_and(|shut_mm| (14.0..26.0).contains(&shut_mm));
         assert!(shut.is_none_or(is_between), "{found}");
     }
+}
+
+/// The left gripper brings a stick to the right one, which takes it at the other end, 90 mm away.
+#[test]
+fn the_distance_of_two_grippers_at_a_hand_over_is_a_param_of_the_project() {
+    const GRIPPED: f64 = 0.02;
+    const OPEN: f64 = 0.08;
+    let of = |left: fn(f64) -> f64, apart: fn(f64) -> f64| {
+        let columns: [Column; 8] = [
+            ("left_tcp_x", along),
+            ("left_tcp_y", still),
+            ("left_tcp_z", lift),
+            ("left_gripper_width", left),
+            ("right_tcp_x", apart),
+            ("right_tcp_y", still),
+            ("right_tcp_z", lift),
+            ("right_gripper_width", |passed| if (0.5..0.9).contains(&passed) { GRIPPED } else { OPEN }),
+        ];
+        let found = placed(&columns);
+        found.params.values
+    };
+    let passed: fn(f64) -> f64 = |passed| if (0.2..0.6).contains(&passed) { GRIPPED } else { OPEN };
+    let apart: fn(f64) -> f64 = |passed| along(passed) + 0.09 + (0.45 - passed).max(0.0) + (passed - 0.65).max(0.0);
+    let wanted = [("meet_near", "110 mm"), ("meet_far", "130 mm")].map(|(name, value)| (name.into(), value.into()));
+    assert_eq!(of(passed, apart), wanted);
+    // The default is enough, the distance changes, or both hold on: no hand-over, or no param.
+    assert_eq!(of(passed, |passed| along(passed) + 0.02 + (0.45 - passed).max(0.0)), []);
+    assert_eq!(of(passed, |passed| along(passed) + 0.09 + (0.6 - passed).max(0.0)), []);
+    assert_eq!(of(|passed| if (0.2..0.95).contains(&passed) { GRIPPED } else { OPEN }, apart), []);
 }
 
 /// The tool comes down from 200 mm between 0.2 and 0.3 of the log, and grasps at 0.35. The log is 10 s long, and the last 60 mm take 0.3 s.
