@@ -53,15 +53,19 @@ pub fn pushed_shapes(recording: &Recording) -> BTreeMap<String, PushedShape> {
     let windows = windows(&recording.time);
     let hands = points(recording);
     let shape = |(name, at): (&str, Path)| {
-        let first = *at.iter().flatten().next()?;
-        let is_lifted = at.iter().flatten().any(|at| (at.z - first.z).abs() > LIFTED_M);
         let turns = turns(recording, name, at.len());
-        let turn = *turns.first().filter(|_| !is_lifted)?;
+        let turn = *turns.first().filter(|_| !is_lifted(&at))?;
         let pushed = Pushed { ways: ways(&at, &windows), at, turns };
         let faces: Vec<Face> = hands.iter().flat_map(|tips| pushed.faces(tips, &recording.time, &windows)).collect();
         (!faces.is_empty()).then(|| (name.to_string(), PushedShape { turn, faces }))
     };
     paths(recording).filter_map(shape).collect()
+}
+
+/// Whether an object leaves the height of its first place.
+fn is_lifted(path: &Positions) -> bool {
+    let heights = || path.iter().flatten().map(|at| at.z);
+    heights().next().is_some_and(|first| heights().any(|height| (height - first).abs() > LIFTED_M))
 }
 
 impl Pushed {
@@ -108,7 +112,7 @@ impl Pushed {
     }
 }
 
-/// How far from the origin of each object that moves the nearest fingertip or bare tool usually is then, m.
+/// How far from the origin of each object that moves and is never lifted the nearest fingertip or bare tool usually is then, m.
 pub fn reached_m(recording: &Recording) -> BTreeMap<String, f64> {
     let windows = windows(&recording.time);
     let points: Vec<Path> = points(recording).into_iter().flatten().collect();
@@ -121,7 +125,7 @@ pub fn reached_m(recording: &Recording) -> BTreeMap<String, f64> {
         });
         Some((name.to_string(), median(nearest.collect())?))
     };
-    paths(recording).filter_map(reached).collect()
+    paths(recording).filter(|(_, path)| !is_lifted(path)).filter_map(reached).collect()
 }
 
 /// The fingertips of each hand without a gripper and without a measured contact, or its tool point.

@@ -226,10 +226,11 @@ fn of_body(survey: &Survey, body: &Body, shape: &Shape, has_shape: bool) -> Stri
     format!("{{role: object, radius: {:.0} mm}}    # {why}{}", radius_m * 1e3, still(radius_m))
 }
 
-/// The remark that no hand reaches a body that moves, of which no hand shows the shape and that extends this far from its origin, m; empty otherwise.
+/// The remark that no hand reaches a body that moves and is never lifted, of which no hand shows the shape and that extends this far from its origin, m; empty
+/// otherwise.
 fn untouched(survey: &Survey, body: &Body, reach_m: f64) -> String {
-    /// `touch_near` of the rules.
-    const NEAR_M: f64 = 0.012;
+    /// `push_near` of the rules.
+    const NEAR_M: f64 = 0.02;
     let is_shown = survey.held_shapes.contains_key(&body.name) || survey.pushed_shapes.contains_key(&body.name);
     let is_far = survey.reached_m.get(&body.name).is_some_and(|reached_m| *reached_m > reach_m + NEAR_M);
     match is_far && body.moves() && !is_shown {
