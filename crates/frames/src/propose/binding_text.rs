@@ -10,7 +10,7 @@ use super::timing::Timing;
 use super::words;
 use super::wrist_forces::{self, UNKNOWN_SIGN};
 use super::yaml_scalar::{comment, quoted, scalar};
-use super::{Answers, Survey, low_closings, param_text};
+use super::{Answers, Survey, param_text};
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 use teachtree_base::hands::Side;
@@ -136,7 +136,7 @@ pub fn is_pair(survey: &Survey) -> bool {
 }
 
 fn is_reversed(side: Side, answers: &Answers) -> bool {
-    answers.turned.contains(&side) || answers.is_reversed.get(&side).copied().unwrap_or_default()
+    answers.is_reversed.get(&side).copied().unwrap_or_default()
 }
 
 /// Whether a binding has a channel, or an arm whose joints give one.
@@ -373,7 +373,6 @@ fn of_gripper(side: Side, gripper: &super::Gripper, answers: &Answers, lines: &m
         });
     }
     let (closed, reason) = match &gripper.alternative {
-        Some(alternative) if answers.turned.contains(&side) => (alternative, low_closings::REASON),
         Some(alternative) if is_reversed(side, answers) => (alternative, "as it was answered"),
         _ => (&gripper.closed, gripper.reason.as_str()),
     };

@@ -5,7 +5,7 @@ use super::hands::side_of;
 use super::holds::{Holds, Levels};
 use super::parts::{Part, Quantity};
 use super::strokes::Scale;
-use super::words;
+use super::{low_closings, words};
 use crate::inspect::{ColumnReport, ValueKind};
 use std::collections::BTreeMap;
 use teachtree_base::hands::Side;
@@ -80,11 +80,12 @@ impl Gripper {
     }
 }
 
-/// The grippers, and the parts that are of none of them.
+/// The grippers, and the parts that are of none of them. Those of the hands in `turned` are closed at the other end than usual.
 pub fn grippers<'a>(
     parts: Vec<Part<'a>>,
     tools: &BTreeMap<Side, &Part<'_>>,
     bodies: &[Body<'_>],
+    turned: &[Side],
 ) -> (BTreeMap<Side, Gripper>, Vec<Part<'a>>) {
     let only = match tools.keys().collect::<Vec<_>>()[..] {
         [side] => *side,
@@ -108,7 +109,7 @@ pub fn grippers<'a>(
         let Some(first) = candidates.next() else { continue };
         let others: Vec<Part> = candidates.collect();
         let second = others.iter().find(|other| is_other_finger(&first, other)).cloned();
-        let gripper = gripper(&first, second.as_ref(), tools.get(&side).copied(), bodies);
+        let gripper = gripper(&first, second.as_ref(), tools.get(&side).copied(), bodies, turned.contains(&side));
         grippers.extend(gripper.map(|gripper| (side, gripper)));
         rest.extend(others);
     }
@@ -214,14 +215,20 @@ fn is_other_finger(one: &Part, other: &Part) -> bool {
     is_finger(one) && is_finger(other) && ours > 0.0 && (ours - theirs).abs() < 0.2 * ours
 }
 
-fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Body]) -> Option<Gripper> {
+fn gripper(
+    part: &Part,
+    second: Option<&Part>,
+    tool: Option<&Part>,
+    bodies: &[Body],
+    is_turned: bool,
+) -> Option<Gripper> {
     let column = part.members.first()?;
     let [low, high] = column.groups.unwrap_or([column.min, column.max]);
     let holds = Holds::new(part, column, tool, bodies);
     let by_motion = holds.is_low_closed(part, f64::midpoint(low, high));
     let says_closed = part.words.iter().any(|word| word.starts_with("clos") || word == "grasped");
     let (is_counted, is_switched) = (is_of_robotiq(part), is_output(part));
-    let is_low = by_motion.unwrap_or(!(says_closed || is_counted || is_switched));
+    let is_low = by_motion.unwrap_or((says_closed || is_counted || is_switched) == is_turned);
     let is_flag = column.kind == ValueKind::Flag;
     let unit = if part.unit.is_empty() { usual_unit(part) } else { symbol(&part.unit) };
     let named = |unit: &str| match unit {
@@ -250,6 +257,7 @@ fn gripper(part: &Part, second: Option<&Part>, tool: Option<&Part>, bodies: &[Bo
     let [closed_at, open_at] = [closed, open].map(|value| ShortNumber(short(value)));
     let why = match by_motion {
         Some(_) => "an object moves with it there",
+        None if is_turned => low_closings::REASON,
         None if says_closed => "by its name",
         None if is_counted => "it counts up to 255, as grippers of Robotiq do",
         None if is_switched => "an output that is switched on",

@@ -176,7 +176,7 @@ struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    fn new(log: &'a Inspection) -> Self {
+    fn new(log: &'a Inspection, answers: &Answers) -> Self {
         let mut parts = parts::parts(log);
         Transforms::of(log).mark(&mut parts);
         copies::leave_out_copies(&mut parts);
@@ -197,7 +197,7 @@ impl<'a> Survey<'a> {
             hands.iter().filter_map(|(side, hand)| Some((*side, hand.tool.as_ref()?))).collect();
         // What never moves in its frame shows nothing before the transforms are composed.
         let tools: BTreeMap<Side, &Part> = tools.into_iter().filter(|(_, tool)| tool.carried_in.is_none()).collect();
-        let (mut grippers, rest) = grippers::grippers(rest, &tools, &bodies);
+        let (mut grippers, rest) = grippers::grippers(rest, &tools, &bodies, &answers.turned);
         // A weight shows a hold where nothing else does.
         if grippers.is_empty() && bodies.is_empty() && contacts.lines.is_empty() {
             grippers.extend(hands.iter().filter_map(|(side, hand)| Some((*side, weights::gripper(hand)?))));
@@ -372,7 +372,7 @@ fn labels(log: &Inspection) -> Option<String> {
 
 /// Proposes a binding and a scene for a log.
 pub fn propose(log: &Inspection, answers: &Answers) -> Proposal {
-    proposal(Survey::new(log), log, answers)
+    proposal(Survey::new(log, answers), log, answers)
 }
 
 /// The same proposal with what only the bound log shows, where positions are in one frame with z up: where bodies begin, sockets and bearings. `open` opens
@@ -385,12 +385,12 @@ pub fn with_places(
     open: &dyn Fn() -> Result<Source, InputError>,
 ) -> Proposal {
     let Some(recording) = open().ok().and_then(|source| bound(&first, source)) else { return first };
-    let mut survey = Survey::new(log);
+    let mut survey = Survey::new(log, answers);
     let turned = survey.turned(&recording, answers);
     if !turned.is_empty() {
         let turned = [answers.turned.clone(), turned].concat();
         let answers = Answers { turned, ..answers.clone() };
-        let first = proposal(survey, log, &answers);
+        let first = propose(log, &answers);
         return with_places(first, log, &answers, open);
     }
     survey.place(&recording);

@@ -536,6 +536,10 @@ fn a_gripper_closes_where_the_tool_is_low_for_the_first_time() {
     };
     assert_eq!(of(BETWEEN, two_dips), "gripper_position > 0.265");
     assert_eq!(of(|passed| 0.53 - BETWEEN(passed), two_dips), "gripper_position < 0.265");
+    // A share of a usual stroke, from the open end.
+    let columns: [Column; 4] = [("tcp_x", along), ("tcp_y", still), ("tcp_z", two_dips), ("gripper_position", BETWEEN)];
+    let found = placed(&columns).binding;
+    assert_eq!(channel(&found, "right.gripper.opening"), Some("gripper_position * -80 + 80 [mm]"), "{found}");
     // Nothing shows where it closes: it is low only once, or changes once.
     assert_eq!(of(BETWEEN, |passed| two_dips(passed.min(0.5))), "gripper_position < 0.265");
     assert_eq!(of(|passed| if passed < 0.3 { 0.01 } else { 0.52 }, two_dips), "gripper_position < 0.265");
