@@ -15,8 +15,12 @@ use teachtree_engine::runs::{Leaves, Run, append};
 use teachtree_language::rules::{Expr, Label, PrimitiveId};
 use teachtree_language::{Request, Rules, load};
 
-/// Thresholds of a number: quantiles of its values on labeled frames.
+/// Thresholds of a number, at most.
 const THRESHOLDS: usize = 10;
+/// Intervals between the quantiles of its values on labeled frames, from which thresholds are chosen.
+const QUANTILES: usize = 60;
+/// How far thresholds are apart, of the range of the quantiles. Otherwise most thresholds of a hand that mostly rests would be noise.
+const SPACING: f64 = 0.03;
 /// The outermost quantiles.
 const OUTER: f64 = 0.04;
 /// Values of a number that are kept of a track for quantiles, at most.
@@ -304,7 +308,7 @@ fn sampled(rules: &Rules, numbers: &[Number], demonstration: &Demonstration) -> 
     Ok(sampled)
 }
 
-/// Quantiles of the values, rounded to two digits in the unit of the number; none of a number that does not change.
+/// Quantiles of the values that are apart, rounded to two digits in the unit of the number; none of a number that does not change.
 fn thresholds(values: impl Iterator<Item = f64>, number: &Number) -> Vec<f64> {
     let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);
@@ -312,13 +316,24 @@ fn thresholds(values: impl Iterator<Item = f64>, number: &Number) -> Vec<f64> {
     if first == last {
         return Vec::new();
     }
-    let mut found: Vec<f64> = (0..THRESHOLDS)
-        .filter_map(|at| {
-            let part = OUTER + (1.0 - 2.0 * OUTER) * at as f64 / (THRESHOLDS - 1) as f64;
-            let value = values.get((part * (values.len() - 1) as f64).round() as usize)?;
-            rounded(value * number.unit.per_si)
-        })
-        .collect();
+    let quantile = |at: usize| {
+        let part = OUTER + (1.0 - 2.0 * OUTER) * at as f64 / QUANTILES as f64;
+        values[(part * (values.len() - 1) as f64).round() as usize]
+    };
+    let least = SPACING * (quantile(QUANTILES) - quantile(0));
+    let mut all: Vec<f64> = (0..=QUANTILES).map(quantile).collect();
+    // Of values near each other the greatest one: that of noise is above the noise.
+    all.sort_by(|one, other| other.abs().total_cmp(&one.abs()));
+    let mut apart: Vec<f64> = Vec::new();
+    for value in all {
+        if apart.iter().all(|other| (other - value).abs() >= least) {
+            apart.push(value);
+        }
+    }
+    apart.sort_by(f64::total_cmp);
+    let count = apart.len().min(THRESHOLDS);
+    let chosen = (0..count).map(|at| apart[at * (apart.len() - 1) / (count - 1).max(1)]);
+    let mut found: Vec<f64> = chosen.filter_map(|value| rounded(value * number.unit.per_si)).collect();
     found.dedup();
     found
 }

@@ -54,46 +54,76 @@ pub(crate) fn windows(bank: &Bank, tracks: &[usize]) -> Windows {
     windows
 }
 
-/// How well conditions held together by a guard find boundaries: `held` has the bits of the other conditions for each hand, empty for none.
+/// How well other conditions of a guard and one more find boundaries.
 struct Passage<'a> {
     bank: &'a Bank,
-    windows: &'a [Window],
-    held: Vec<Vec<u64>>,
+    windows: Vec<HeldWindow<'a>>,
+    /// The sum of the most that each window can be worth.
+    most: f64,
+}
+
+/// A window with the frames on which the other conditions hold.
+struct HeldWindow<'a> {
+    window: &'a Window,
+    places: Vec<Place>,
+    /// The worth of the best of these frames.
+    most: f64,
+}
+
+/// A word of the bank with frames of a window on which the other conditions hold.
+struct Place {
+    word: usize,
+    /// The frame of its first bit in the track.
+    frame: usize,
+    /// The frames of each hand; those of a second hand are zero in a track of one.
+    held: [u64; 2],
 }
 
 impl<'a> Passage<'a> {
     fn new(bank: &'a Bank, windows: &'a [Window], atoms: &[usize]) -> Self {
-        let held = |slot: usize| -> Vec<u64> {
-            let mut held = vec![u64::MAX; bank.words];
-            for atom in atoms {
-                held.iter_mut().zip(bank.row(*atom, slot)).for_each(|(held, bits)| *held &= bits);
+        let held = |slot: usize, word: usize, keep: u64| {
+            if slot >= bank.slots {
+                return 0;
             }
-            held
+            atoms.iter().fold(keep, |held, atom| held & bank.row(*atom, slot)[word])
         };
-        Self { bank, windows, held: (0..bank.slots).map(held).collect() }
+        let held_window = |window: &'a Window| {
+            let begin = bank.tracks[window.track].words.start;
+            let place = |at: usize| {
+                let (frame, word) = (at * 64, begin + at);
+                let after_start = u64::MAX << window.start.saturating_sub(frame);
+                let before_end = u64::MAX >> (frame + 64).saturating_sub(window.end);
+                Place { word, frame, held: [0, 1].map(|slot| held(slot, word, after_start & before_end)) }
+            };
+            let all = (window.start / 64..window.end.div_ceil(64)).map(place);
+            let places: Vec<Place> = all.filter(|place| place.held != [0; 2]).collect();
+            let most = window.most(&places);
+            HeldWindow { window, places, most }
+        };
+        let windows: Vec<HeldWindow> = windows.iter().map(held_window).collect();
+        Self { bank, most: windows.iter().map(|it| it.most).sum(), windows }
     }
 
-    /// The mean worth of the first passage of these conditions and one more, 0 to 1.
-    fn worth(&self, atom: usize) -> f64 {
-        let rows: Vec<(&[u64], &[u64])> =
-            self.held.iter().enumerate().map(|(slot, held)| (held.as_slice(), self.bank.row(atom, slot))).collect();
-        let sum: f64 = self.windows.iter().map(|window| window.worth(self.first(window, &rows))).sum();
-        sum / self.windows.len().max(1) as f64
-    }
-
-    /// The first frame of a window on which the conditions hold for a hand; its end where they do not.
-    fn first(&self, window: &Window, rows: &[(&[u64], &[u64])]) -> usize {
-        let begin = self.bank.tracks[window.track].words.start;
-        let mut keep = u64::MAX << (window.start % 64);
-        for word in window.start / 64..window.end.div_ceil(64) {
-            let place = begin + word;
-            let any = rows.iter().fold(0, |any, (held, bits)| any | held[place] & bits[place]) & keep;
-            keep = u64::MAX;
-            if any != 0 {
-                return (word * 64 + any.trailing_zeros() as usize).min(window.end);
+    /// The mean worth of the first passage of the conditions and one more, 0 to 1; `None` where it is less than `least`.
+    fn worth(&self, atom: usize, least: f64) -> Option<f64> {
+        let rows = [self.bank.row(atom, 0), self.bank.row(atom, self.bank.slots - 1)];
+        let count = self.windows.len().max(1) as f64;
+        // What the windows that are left must bring; sums are rounded.
+        let mut owed = least * count - self.most - 1e-6;
+        let mut sum = 0.0;
+        for HeldWindow { window, places, most } in &self.windows {
+            let first = places.iter().find_map(|Place { word, frame, held }| {
+                let both = held[0] & rows[0][*word] | held[1] & rows[1][*word];
+                (both != 0).then(|| frame + both.trailing_zeros() as usize)
+            });
+            let worth = window.worth(first.unwrap_or(window.end));
+            sum += worth;
+            owed += most - worth;
+            if owed > 0.0 {
+                return None;
             }
         }
-        window.end
+        Some(sum / count)
     }
 }
 
@@ -109,19 +139,36 @@ impl Window {
         };
         overlaps.iter().map(|overlap| 0.25 * overlap + if *overlap >= 0.5 { 0.25 } else { 0.0 }).sum()
     }
+
+    /// The most that a first passage on some frames, or none, is worth: a frame nearer to the boundary is worth more.
+    fn most(&self, places: &[Place]) -> f64 {
+        let (mut before, mut after) = (None, None);
+        for Place { frame, held, .. } in places {
+            let held = held[0] | held[1];
+            let is_before = match self.boundary.saturating_sub(*frame) {
+                frames @ 0..64 => (1 << frames) - 1,
+                _ => u64::MAX,
+            };
+            before = (held & is_before).checked_ilog2().map(|bit| frame + bit as usize).or(before);
+            let later = held & !is_before;
+            after = after.or_else(|| (later != 0).then(|| frame + later.trailing_zeros() as usize));
+        }
+        let frames = before.into_iter().chain(after).chain([self.end]);
+        frames.map(|frame| self.worth(frame)).fold(0.0, f64::max)
+    }
 }
 
 /// The atoms that suit some conditions of a guard best, with their worth, best first.
 pub(crate) fn suiting(bank: &Bank, windows: &[Window], atoms: &[usize], most: usize) -> Vec<(f64, usize)> {
     let passage = Passage::new(bank, windows, atoms);
-    let others = (0..bank.atoms.len()).filter(|atom| !atoms.contains(atom));
-    let mut found: Vec<(f64, usize)> = others.map(|atom| (passage.worth(atom), atom)).collect();
     let rank = |one: &(f64, usize), other: &(f64, usize)| other.0.total_cmp(&one.0).then(one.1.cmp(&other.1));
-    if found.len() > most {
-        found.select_nth_unstable_by(most, rank);
+    let mut found: Vec<(f64, usize)> = Vec::with_capacity(most + 1);
+    for atom in (0..bank.atoms.len()).filter(|atom| !atoms.contains(atom)) {
+        let least = if found.len() < most { 0.0 } else { found.last().map_or(0.0, |(worth, _)| *worth) };
+        let Some(next) = passage.worth(atom, least).map(|worth| (worth, atom)) else { continue };
+        found.insert(found.partition_point(|it| rank(it, &next).is_lt()), next);
         found.truncate(most);
     }
-    found.sort_by(rank);
     found
 }
 

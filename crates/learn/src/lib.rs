@@ -1,17 +1,19 @@
 //! Rules learned from labels: labeled recordings in, a rule file out that a person can read. docs/learning.md describes the method.
 //!
-//! `quantities` is the vocabulary, `bank` evaluates it by the engine, `guards` and `tree` are first guesses, `search` improves them, `medoid` chooses between
-//! models of parts of the recordings, `validation` measures all of them on groups that are held out and chooses, `rule_file` writes. `extension` learns one new
-//! primitive, `relearning` single guards and numbers of a written file.
+//! `quantities` is the vocabulary, `bank` evaluates it by the engine, `guards` and `tree` are first guesses, `search` improves them, `evaluation` measures
+//! its versions in the cases of `model_bits`, `medoid` chooses between models of parts of the recordings, `validation` measures all of them on groups that are
+//! held out and chooses, `rule_file` writes. `extension` learns one new primitive, `relearning` single guards and numbers of a written file.
 //!
 //! Invariants: nothing is read, written or printed here; the same recordings give the same bytes on any number of threads; a rule file gives the labels that
 //! the learner computed for it.
 
 mod bank;
+mod evaluation;
 mod extension;
 mod guards;
 mod medoid;
 mod model;
+mod model_bits;
 mod objective;
 mod quantities;
 mod relearning;

@@ -9,7 +9,7 @@ use teachtree_engine::semantics::samples;
 pub(crate) const MOST_LABELS: usize = 32;
 
 /// A choice.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Rule {
     /// The labels before, a bit each.
     pub from: u32,
@@ -26,7 +26,7 @@ impl Rule {
 }
 
 /// A tree.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Model {
     pub rules: Vec<Rule>,
     /// The label at the beginning.
@@ -43,38 +43,54 @@ impl Model {
 
     /// The labels of a track, settled; `guards` has the bits of each rule.
     pub fn run(&self, guards: &[impl AsRef<[u64]>], track: &Track) -> Vec<Run> {
+        self.settled(&self.leaves(guards, track), track)
+    }
+
+    /// Settles the leaves of a track.
+    pub fn settled(&self, leaves: &[Run], track: &Track) -> Vec<Run> {
         let frames = samples(f64::from(self.settle_ms) * 1e-3, track.rate_hz).map_or(0, |frames| frames as usize);
-        settle(&self.leaves(guards, track), frames)
+        settle(leaves, frames)
     }
 
     /// The leaves of a track before settling.
-    fn leaves(&self, guards: &[impl AsRef<[u64]>], track: &Track) -> Vec<Run> {
-        let mut leaves = Vec::new();
-        let (mut state, mut begin, mut at) = (self.start, 0, 1);
-        while let Some((frame, to)) = self.next(guards, track, state, at) {
+    pub fn leaves(&self, guards: &[impl AsRef<[u64]>], track: &Track) -> Vec<Run> {
+        let first = Run { start: 0, end: track.frames, label: Some(label(self.start)) };
+        self.leaves_from(guards, track, &[first], 1)
+    }
+
+    /// The same where the leaves are `known` up to frame `at`, which is in the last one or at its end.
+    pub fn leaves_from(&self, guards: &[impl AsRef<[u64]>], track: &Track, known: &[Run], mut at: usize) -> Vec<Run> {
+        let Some((last, known)) = known.split_last() else { return Vec::new() };
+        let mut leaves = known.to_vec();
+        let (mut state, mut begin) = (last.label.map_or(self.start, |label| label.primitive.index()), last.start);
+        let mut asked = Vec::with_capacity(guards.len());
+        loop {
+            let rules = self.rules.iter().zip(guards).filter(|(rule, _)| rule.follows(state));
+            asked.clear();
+            asked.extend(rules.map(|(rule, guard)| (rule.to, &guard.as_ref()[track.words.clone()])));
+            let Some((frame, to)) = next(&asked, at) else { break };
             append(&mut leaves, Run { start: begin, end: frame, label: Some(label(state)) });
             (state, begin, at) = (to, frame, frame + 1);
         }
         append(&mut leaves, Run { start: begin, end: track.frames, label: Some(label(state)) });
         leaves
     }
+}
 
-    /// The first frame from `at` on with a rule that is taken after label `state`, and its label.
-    fn next(&self, guards: &[impl AsRef<[u64]>], track: &Track, state: LabelId, at: usize) -> Option<(usize, LabelId)> {
-        let asked = || self.rules.iter().zip(guards).filter(|(rule, _)| rule.follows(state));
-        let mut keep = u64::MAX << (at % 64);
-        for word in at / 64..track.words.len() {
-            let place = track.words.start + word;
-            let any = asked().fold(0, |any, (_, guard)| any | guard.as_ref()[place]) & keep;
-            keep = u64::MAX;
-            if any != 0 {
-                let bit = any.trailing_zeros();
-                let (rule, _) = asked().find(|(_, guard)| guard.as_ref()[place] >> bit & 1 == 1)?;
-                return Some((word * 64 + bit as usize, rule.to));
-            }
+/// The first frame from `at` on with a rule that holds, and its label; rules have their label and the words of a track.
+fn next(rules: &[(LabelId, &[u64])], at: usize) -> Option<(usize, LabelId)> {
+    let words = rules.first()?.1.len();
+    let mut keep = u64::MAX << (at % 64);
+    for word in at / 64..words {
+        let any = rules.iter().fold(0, |any, (_, guard)| any | guard[word]) & keep;
+        keep = u64::MAX;
+        if any != 0 {
+            let bit = any.trailing_zeros();
+            let (to, _) = rules.iter().find(|(_, guard)| guard[word] >> bit & 1 == 1)?;
+            return Some((word * 64 + bit as usize, *to));
         }
-        None
     }
+    None
 }
 
 /// The labels that a model gives some tracks.

@@ -2,15 +2,16 @@
 //! adds to be read, and must not be worse for a third of the groups.
 
 use super::bank::Bank;
+use super::evaluation::{Evaluated, Evaluation, Evaluator};
 use super::guards::{MOST_ATOMS, Window, Windows, suiting, windows};
-use super::model::{Model, Rule, guard};
-use super::objective::Counts;
+use super::model::{Model, Rule};
+use super::model_bits::ModelBits;
+use super::objective::LabelId;
 use super::search_extent::SearchExtent;
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// What a rule or a condition must bring.
-const PENALTY: f64 = 0.0008;
+/// Labeled segments below which a model must also be good with thresholds a step away, and when a label is missed.
+const FEW_SEGMENTS: usize = 240;
 /// What a change that adds something must bring beyond that.
 const ADDS: f64 = 0.0015;
 /// What another threshold or settling time must bring.
@@ -25,117 +26,118 @@ const TRIED: usize = 40;
 const TRIED_NEW: usize = 8;
 /// Confusions for which a new rule is tried.
 const CONFUSIONS: usize = 6;
-/// Rounds over all rules, at most.
-const ROUNDS: usize = 6;
 /// The settling times, ms.
 const SETTLE_MS: [u32; 6] = [0, 200, 400, 600, 800, 1200];
 /// What a search may cost: words of bits times models.
 const MOST_WORK: usize = 60_000_000;
 
-/// A model with the bits of its rules.
-#[derive(Clone)]
-struct ModelBits {
-    model: Model,
-    guards: Vec<Arc<[u64]>>,
-}
-
-impl ModelBits {
-    /// The same with other conditions of a rule.
-    fn with_atoms(&self, bank: &Bank, tracks: &[usize], rule: usize, mut atoms: Vec<usize>) -> Self {
-        let mut next = self.clone();
-        atoms.sort_unstable();
-        next.guards[rule] = Arc::from(guard(bank, &atoms, tracks));
-        next.model.rules[rule].atoms = atoms;
-        next
-    }
-
-    fn without(&self, rule: usize) -> Self {
-        let mut next = self.clone();
-        next.model.rules.remove(rule);
-        next.guards.remove(rule);
-        next
-    }
-}
-
 /// The search for a model on some tracks.
 pub(crate) struct Search<'a> {
     bank: &'a Bank,
     tracks: &'a [usize],
+    evaluator: Evaluator<'a>,
     windows: Windows,
     now: ModelBits,
-    value: f64,
-    /// The objective of each group.
-    groups: Vec<f64>,
+    evaluation: Evaluation,
     most_rules: usize,
     left: usize,
     extent: SearchExtent,
+    /// Versions that do not bring this gain over the present one.
+    refused: HashSet<(Model, u64)>,
+    /// The atoms that suit a rule with other conditions.
+    suiting: HashMap<(u32, LabelId, Vec<usize>), Vec<usize>>,
 }
 
 impl<'a> Search<'a> {
     /// Improves a model; returns what was tried, too.
     pub fn run(bank: &'a Bank, tracks: &'a [usize], model: Model, most_rules: usize) -> (Model, SearchExtent) {
-        let guards = model.rules.iter().map(|rule| Arc::from(guard(bank, &rule.atoms, tracks))).collect();
-        let now = ModelBits { model, guards };
-        let left = MOST_WORK / bank.words.max(64);
-        let windows = windows(bank, tracks);
-        let (value, groups, extent) = (0.0, Vec::new(), SearchExtent::default());
-        let mut search = Self { bank, tracks, windows, now, value, groups, most_rules, left, extent };
-        (search.value, search.groups) = search.worth(&search.now);
-        for _ in 0..ROUNDS {
-            let before = search.value;
+        let mut search = Self::new(bank, tracks, model, most_rules);
+        loop {
+            let before = search.evaluation.value;
             search.round();
-            if search.value <= before {
+            if search.evaluation.value <= before {
                 break;
             }
         }
         search.recover();
         search.center();
-        (search.now.model, search.extent)
+        (search.now.into_model(), search.extent)
     }
 
-    /// The value of a model, and the objective of each group.
-    fn worth(&self, candidate: &ModelBits) -> (f64, Vec<f64>) {
-        let mut groups: BTreeMap<usize, Counts> = BTreeMap::new();
-        for track in self.tracks {
-            let track = &self.bank.tracks[*track];
-            *groups.entry(track.group).or_default() +=
-                track.truth.compare(&candidate.model.run(&candidate.guards, track));
+    /// A model whose rules follow more labels, where that is not worse.
+    pub fn recovered(bank: &'a Bank, tracks: &'a [usize], model: Model) -> Model {
+        let mut search = Self::new(bank, tracks, model, 0);
+        search.recover();
+        search.now.into_model()
+    }
+
+    fn new(bank: &'a Bank, tracks: &'a [usize], model: Model, most_rules: usize) -> Self {
+        let segments: usize = tracks.iter().map(|track| 1 + bank.tracks[*track].truth.boundaries().count()).sum();
+        let now = ModelBits::new(bank, model, tracks, segments < FEW_SEGMENTS);
+        let evaluator = Evaluator::new(bank, tracks);
+        let evaluation = evaluator.evaluate(&now);
+        Self {
+            bank,
+            tracks,
+            evaluator,
+            windows: windows(bank, tracks),
+            now,
+            evaluation,
+            most_rules,
+            left: MOST_WORK / bank.words.max(64),
+            extent: SearchExtent::default(),
+            refused: HashSet::new(),
+            suiting: HashMap::new(),
         }
-        let all: Counts = groups.values().sum();
-        let value = all.objective() - PENALTY * candidate.model.size() as f64;
-        (value, groups.values().map(|counts| counts.objective()).collect())
+    }
+
+    fn model(&self) -> &Model {
+        self.now.model()
     }
 
     /// Takes the best of some candidates if it brings at least `gain`.
     fn take_best(&mut self, candidates: Vec<ModelBits>, gain: f64) -> bool {
-        let mut best: Option<(f64, Vec<f64>, ModelBits)> = None;
+        let known = Evaluated::new(&self.now, &self.evaluation);
+        let mut best: Option<(Evaluation, ModelBits)> = None;
         for candidate in candidates {
+            let key = (candidate.model().clone(), gain.to_bits());
+            if self.refused.contains(&key) {
+                continue;
+            }
             if self.left == 0 {
                 self.extent.is_cut = true;
                 break;
             }
             self.left -= 1;
             self.extent.versions += 1;
-            let (value, groups) = self.worth(&candidate);
-            let is_better = best.as_ref().map_or(value >= self.value + gain, |best| value > best.0);
-            if is_better && !self.is_vetoed(&groups) {
-                best = Some((value, groups, candidate));
+            let least = best.as_ref().map_or(self.evaluation.value + gain, |(best, _)| best.value);
+            let evaluation = self.evaluator.evaluate_version(&candidate, &known, least);
+            let is_better = |it: &Evaluation| if best.is_some() { it.value > least } else { it.value >= least };
+            match evaluation.filter(|it| is_better(it) && !self.is_vetoed(it)) {
+                Some(evaluation) => best = Some((evaluation, candidate)),
+                None => _ = self.refused.insert(key),
             }
         }
-        let Some((value, groups, candidate)) = best else { return false };
-        (self.value, self.groups, self.now) = (value, groups, candidate);
+        let Some((evaluation, candidate)) = best else { return false };
+        self.take(evaluation, candidate);
         true
     }
 
-    fn is_vetoed(&self, groups: &[f64]) -> bool {
-        let worse = groups.iter().zip(&self.groups).filter(|(now, before)| **now < **before - WORSE).count();
-        worse as f64 > VETO * groups.len() as f64
+    fn take(&mut self, evaluation: Evaluation, version: ModelBits) {
+        (self.evaluation, self.now) = (evaluation, version);
+        self.refused.clear();
+    }
+
+    fn is_vetoed(&self, evaluation: &Evaluation) -> bool {
+        let groups = evaluation.groups.iter().zip(&self.evaluation.groups);
+        let worse = groups.filter(|(now, before)| **now < **before - WORSE).count();
+        worse as f64 > VETO * evaluation.groups.len() as f64
     }
 
     fn round(&mut self) {
         let mut at = 0;
-        while at < self.now.model.rules.len() {
-            if self.now.model.rules.len() > 1 && self.take_best(vec![self.now.without(at)], 0.0) {
+        while at < self.model().rules.len() {
+            if self.model().rules.len() > 1 && self.take_best(vec![self.now.without(at)], 0.0) {
                 continue;
             }
             self.conditions(at);
@@ -143,10 +145,8 @@ impl<'a> Search<'a> {
             at += 1;
         }
         self.new_rules();
-        let settled =
-            |settle_ms| ModelBits { model: Model { settle_ms, ..self.now.model.clone() }, ..self.now.clone() };
-        let others = SETTLE_MS.into_iter().filter(|settle_ms| *settle_ms != self.now.model.settle_ms);
-        let candidates = others.map(settled).collect();
+        let others = SETTLE_MS.into_iter().filter(|settle_ms| *settle_ms != self.model().settle_ms);
+        let candidates = others.map(|settle_ms| self.now.with_settle_ms(settle_ms)).collect();
         self.take_best(candidates, TUNES);
     }
 
@@ -157,42 +157,36 @@ impl<'a> Search<'a> {
     /// Removes, replaces, tunes and adds conditions of a rule.
     fn conditions(&mut self, rule: usize) {
         let mut place = 0;
-        while place < self.now.model.rules[rule].atoms.len() {
-            let atoms = self.now.model.rules[rule].atoms.clone();
+        while place < self.model().rules[rule].atoms.len() {
+            let atoms = self.model().rules[rule].atoms.clone();
             let others: Vec<usize> = atoms.iter().copied().filter(|atom| *atom != atoms[place]).collect();
             if !others.is_empty() && self.take_best(vec![self.with_atoms(rule, others.clone())], 0.0) {
                 continue;
             }
+            let suiting = self.suiting(rule, &others);
             let with = |atom: &usize| self.with_atoms(rule, [others.as_slice(), &[*atom]].concat());
             let near: Vec<usize> = self.neighbors(atoms[place]).into_iter().filter(|it| !others.contains(it)).collect();
             let tuned = near.iter().map(with).collect();
-            let replaced: Vec<ModelBits> = self.suiting(rule, &others).iter().map(with).collect();
+            let replaced: Vec<ModelBits> = suiting.iter().map(with).collect();
             self.take_best(tuned, TUNES);
             self.take_best(replaced, TUNES);
             place += 1;
         }
-        let atoms = self.now.model.rules[rule].atoms.clone();
+        let atoms = self.model().rules[rule].atoms.clone();
         if atoms.len() < MOST_ATOMS {
+            let suiting = self.suiting(rule, &atoms);
             let longer = |atom: &usize| self.with_atoms(rule, [atoms.as_slice(), &[*atom]].concat());
-            let candidates = self.suiting(rule, &atoms).iter().map(longer).collect();
+            let candidates = suiting.iter().map(longer).collect();
             self.take_best(candidates, ADDS);
         }
     }
 
     /// The atoms that suit a rule with these other conditions.
-    fn suiting(&self, rule: usize, atoms: &[usize]) -> Vec<usize> {
-        let rule = &self.now.model.rules[rule];
-        let windows: Vec<Window> = self
-            .windows
-            .iter()
-            .filter(|((from, to), _)| rule.follows(*from) && rule.to == *to)
-            .flat_map(|(_, it)| it)
-            .copied()
-            .collect();
-        if windows.is_empty() {
-            return Vec::new();
-        }
-        suiting(self.bank, &windows, atoms, TRIED).into_iter().map(|(_, atom)| atom).collect()
+    fn suiting(&mut self, rule: usize, atoms: &[usize]) -> Vec<usize> {
+        let rule = &self.now.model().rules[rule];
+        let known = self.suiting.entry((rule.from, rule.to, atoms.to_vec()));
+        let find = || suiting_rule(self.bank, &self.windows, rule, atoms);
+        known.or_insert_with(find).clone()
     }
 
     /// The atoms that differ from one in the threshold, by up to two steps.
@@ -204,32 +198,26 @@ impl<'a> Search<'a> {
 
     /// Asks a rule after more or fewer labels, and before the rule above it.
     fn sources(&mut self, rule: usize) {
-        let to = self.now.model.rules[rule].to;
+        let to = self.model().rules[rule].to;
         for label in (0..self.bank.labels).filter(|label| *label != to) {
-            let from = self.now.model.rules[rule].from ^ 1 << label;
+            let from = self.model().rules[rule].from ^ 1 << label;
             if from != 0 {
-                let mut next = self.now.clone();
-                next.model.rules[rule].from = from;
-                self.take_best(vec![next], ADDS);
+                self.take_best(vec![self.now.with_from(rule, from)], ADDS);
             }
         }
         if rule > 0 {
-            let mut next = self.now.clone();
-            next.model.rules.swap(rule - 1, rule);
-            next.guards.swap(rule - 1, rule);
-            self.take_best(vec![next], TUNES);
+            self.take_best(vec![self.now.raised(rule)], TUNES);
         }
     }
 
     /// Asks each rule after more labels where that is not worse: then a label that is missed does not hold up those after it.
     fn recover(&mut self) {
-        for rule in 0..self.now.model.rules.len() {
-            let to = self.now.model.rules[rule].to;
+        for rule in 0..self.model().rules.len() {
+            let to = self.model().rules[rule].to;
             for label in (0..self.bank.labels).filter(|label| *label != to) {
-                if !self.now.model.rules[rule].follows(label) {
-                    let mut next = self.now.clone();
-                    next.model.rules[rule].from |= 1 << label;
-                    self.take_best(vec![next], 0.0);
+                let from = self.model().rules[rule].from;
+                if from >> label & 1 == 0 {
+                    self.take_best(vec![self.now.with_from(rule, from | 1 << label)], 0.0);
                 }
             }
         }
@@ -237,13 +225,14 @@ impl<'a> Search<'a> {
 
     /// Tries a rule for each of the greatest confusions: from the label that is wrong to the right one.
     fn new_rules(&mut self) {
-        if self.now.model.rules.len() >= self.most_rules {
+        if self.model().rules.len() >= self.most_rules {
             return;
         }
         let mut frames: BTreeMap<(usize, usize), Vec<u64>> = BTreeMap::new();
+        let guards = self.now.as_it_is();
         for track in self.tracks {
             let track = &self.bank.tracks[*track];
-            let runs = self.now.model.run(&self.now.guards, track);
+            let runs = self.model().run(&guards, track);
             for run in &runs {
                 let Some(found) = run.label.map(|label| label.primitive.index()) else { continue };
                 for span in &track.truth.spans {
@@ -259,6 +248,9 @@ impl<'a> Search<'a> {
             }
         }
         let count = |bits: &[u64]| bits.iter().map(|word| word.count_ones() as usize).sum::<usize>();
+        let words = |bits: &[u64]| -> Vec<(usize, u64)> {
+            bits.iter().copied().enumerate().filter(|(_, bits)| *bits != 0).collect()
+        };
         let mut wrong: Vec<(usize, (usize, usize))> = frames
             .iter()
             .filter(|((found, truth), _)| found != truth)
@@ -270,40 +262,46 @@ impl<'a> Search<'a> {
         for (missed, (from, to)) in wrong.into_iter().take(CONFUSIONS) {
             let Some(wanted) = frames.get(&(from, to)) else { continue };
             let unwanted = frames.get(&(from, from));
-            let share = |atom: usize, bits: &[u64], all: usize| {
+            let right = unwanted.map_or(0, |bits| count(bits));
+            let wanted = words(wanted);
+            let unwanted = unwanted.map_or_else(Vec::new, |bits| words(bits));
+            let share = |atom: usize, words: &[(usize, u64)], all: usize| {
                 let held =
                     |word: usize| (0..self.bank.slots).fold(0, |any, slot| any | self.bank.row(atom, slot)[word]);
-                let held =
-                    bits.iter().enumerate().filter(|(_, bits)| **bits != 0).map(|(word, bits)| held(word) & bits);
-                held.map(|word| word.count_ones() as usize).sum::<usize>() as f64 / all.max(1) as f64
+                let found = words.iter().map(|(word, bits)| (held(*word) & bits).count_ones() as usize);
+                found.sum::<usize>() as f64 / all.max(1) as f64
             };
-            let right = unwanted.map_or(0, |bits| count(bits));
-            let worth =
-                |atom: usize| share(atom, wanted, missed) - 2.0 * unwanted.map_or(0.0, |bits| share(atom, bits, right));
-            let mut atoms: Vec<(f64, usize)> = (0..self.bank.atoms.len()).map(|atom| (worth(atom), atom)).collect();
-            atoms.sort_by(|one, other| other.0.total_cmp(&one.0).then(one.1.cmp(&other.1)));
-            candidates.extend(atoms.into_iter().take(TRIED_NEW).map(|(_, atom)| {
-                let mut next = self.now.clone();
-                next.model.rules.insert(0, Rule { from: 1 << from, atoms: vec![atom], to });
-                next.guards.insert(0, Arc::from(guard(self.bank, &[atom], self.tracks)));
-                next
-            }));
+            let mut best: Vec<(f64, usize)> = Vec::with_capacity(TRIED_NEW + 1);
+            for atom in 0..self.bank.atoms.len() {
+                let least = if best.len() < TRIED_NEW { -2.0 } else { best.last().map_or(-2.0, |(worth, _)| *worth) };
+                let found = share(atom, &wanted, missed);
+                if found > least {
+                    let worth = found - 2.0 * share(atom, &unwanted, right);
+                    best.insert(best.partition_point(|(other, _)| *other >= worth), (worth, atom));
+                    best.truncate(TRIED_NEW);
+                }
+            }
+            let rule = |atom: usize| Rule { from: 1 << from, atoms: vec![atom], to };
+            let version = |(_, atom)| self.now.with_first(self.bank, self.tracks, rule(atom));
+            candidates.extend(best.into_iter().map(version));
         }
         self.take_best(candidates, ADDS);
     }
 
     /// Moves each threshold to the middle of the thresholds around it that are as good.
     fn center(&mut self) {
-        for rule in 0..self.now.model.rules.len() {
-            for place in 0..self.now.model.rules[rule].atoms.len() {
-                let atoms = self.now.model.rules[rule].atoms.clone();
+        for rule in 0..self.model().rules.len() {
+            for place in 0..self.model().rules[rule].atoms.len() {
+                let atoms = self.model().rules[rule].atoms.clone();
                 let family = self.bank.atoms[atoms[place]].family;
+                let known = Evaluated::new(&self.now, &self.evaluation);
                 let is_as_good = |atom: usize| {
                     let mut changed = atoms.clone();
                     changed[place] = atom;
                     let candidate = self.with_atoms(rule, changed);
-                    let (value, groups) = self.worth(&candidate);
-                    (value >= self.value - TUNES && !self.is_vetoed(&groups)).then_some((value, groups, candidate))
+                    let least = self.evaluation.value - TUNES;
+                    let evaluation = self.evaluator.evaluate_version(&candidate, &known, least)?;
+                    (evaluation.value >= least && !self.is_vetoed(&evaluation)).then_some((evaluation, candidate))
                 };
                 let is_near = |atom: &usize| self.bank.atoms.get(*atom).is_some_and(|other| other.family == family);
                 let below =
@@ -312,10 +310,20 @@ impl<'a> Search<'a> {
                     (atoms[place] + 1..).take_while(is_near).take_while(|atom| is_as_good(*atom).is_some()).count();
                 let middle = atoms[place] + above / 2 - below / 2;
                 let middle = if middle == atoms[place] || atoms.contains(&middle) { None } else { is_as_good(middle) };
-                if let Some((value, groups, candidate)) = middle {
-                    (self.value, self.groups, self.now) = (value, groups, candidate);
+                if let Some((evaluation, candidate)) = middle {
+                    self.take(evaluation, candidate);
                 }
             }
         }
     }
+}
+
+/// The atoms that suit a rule with these other conditions.
+fn suiting_rule(bank: &Bank, windows: &Windows, rule: &Rule, atoms: &[usize]) -> Vec<usize> {
+    let asked = windows.iter().filter(|((from, to), _)| rule.follows(*from) && rule.to == *to);
+    let asked: Vec<Window> = asked.flat_map(|(_, windows)| windows).copied().collect();
+    if asked.is_empty() {
+        return Vec::new();
+    }
+    suiting(bank, &asked, atoms, TRIED).into_iter().map(|(_, atom)| atom).collect()
 }

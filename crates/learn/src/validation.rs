@@ -62,7 +62,7 @@ fn fit(bank: &Bank, tracks: &[usize]) -> (Vec<Model>, SearchExtent) {
             model
         };
         let model = match method {
-            Method::Guards => Some(guards(bank, tracks, MOST_RULES)),
+            Method::Guards => Some(Search::recovered(bank, tracks, guards(bank, tracks, MOST_RULES))),
             Method::Tree => Some(tree(bank, tracks, MOST_RULES)),
             Method::GuardsSearched | Method::TreeSearched => models.last().cloned().map(|it| search(tracks, it)),
             Method::GuardsMedoid => medoid(bank, tracks, |part| search(part, guards(bank, part, MOST_RULES))),

@@ -125,6 +125,15 @@ fn a_simple_candidate_that_is_far_worse_is_not_chosen() {
     }
 }
 
+/// The last person lifts less. The heights of all others say exactly where a label begins, with one threshold; the gripper says it in most cycles.
+#[test]
+fn a_guard_depends_on_no_single_threshold() {
+    let make = |at: u64, group: usize| Synthetic::stairs(at, group, if group == 3 { 0.35 } else { 1.0 });
+    let learned = learned(&cycles(make, 4));
+    let searched = learned.candidates.iter().find(|candidate| candidate.name == "guards, searched").unwrap();
+    assert!(searched.f1 > 0.95, "{} {:#?}", learned.text, learned.candidates);
+}
+
 /// The end of a segment is up to other rules.
 #[test]
 fn the_evidence_for_a_rule_is_about_its_own_boundaries() {

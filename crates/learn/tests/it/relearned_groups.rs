@@ -120,8 +120,7 @@ fn conditions_of_a_tree_over_both_hands_have_names_of_their_own() {
     let recordings: Vec<Synthetic> = (0..6).map(|at| Synthetic::of_both(at, at as usize / 2)).collect();
     let share = |text: &str, _: usize, label: usize, _: usize| {
         let is_new = |name: &&str| {
-            guard(text, "PickUp").contains(&format!("either.{name}"))
-                && text.contains(&format!("signal {name} = height > "))
+            guard(text, "PickUp").contains(&format!("either.{name}")) && text.contains(&format!("signal {name} = "))
         };
         let new = ["pick_up_if_2", "pick_up_if_3"].into_iter().filter(is_new).count();
         Some(if label == 2 { [0.1, 0.6, 1.0][new] } else { 1.0 })

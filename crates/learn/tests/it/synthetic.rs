@@ -62,6 +62,25 @@ impl Synthetic {
         Self { group, who: TrackId::Hand(Side::Right), hands, labels, present: None, gap: None, has_gripper: true }
     }
 
+    /// A hand that climbs four stairs; on the upper two (1), the gripper is closed. The heights say the same; those of a person of another
+    /// `size` than 1 are that many times as high. Of one cycle of all others, the gripper is not measured.
+    pub fn stairs(seed: u64, group: usize, size: f64) -> Self {
+        let mut made = Self::cycles(seed, group);
+        let mut chance = SplitMix64(seed.wrapping_mul(613) + 11);
+        let hand = made.hands.get_mut(&Side::Right).unwrap();
+        (hand.height, hand.closed, made.labels) = (Vec::new(), Vec::new(), Vec::new());
+        for cycle in 0..6 {
+            for (height, label) in [(0.0, 0), (0.03, 0), (0.05, 1), (0.08, 1)] {
+                let frames = 30 + chance.below(10);
+                let closed = label == 1 && (cycle != 2 || size < 1.0);
+                made.labels.extend(std::iter::repeat_n(Some(label), frames));
+                hand.closed.extend(std::iter::repeat_n(closed, frames));
+                hand.height.extend((0..frames).map(|_| size * height + 0.001 * chance.next()));
+            }
+        }
+        made
+    }
+
     /// A hand that holds; when it picks up, nothing says.
     pub fn of_chance_ends(seed: u64, group: usize) -> Self {
         let mut chance = SplitMix64(seed.wrapping_mul(31) + 5);
