@@ -12,7 +12,7 @@ use teachtree_engine::runs::Run;
 const PENALTY: f64 = 0.0008;
 
 /// The most that a case is taken to gain over the present model when the cases before it have lost: a version that would need more is given up.
-const MOST_GAIN: f64 = 0.025;
+const MOST_GAIN: f64 = 0.1;
 
 /// What a model gives a track.
 struct TrackResult {

@@ -55,6 +55,7 @@ impl Method {
 fn fit(bank: &Bank, tracks: &[usize]) -> (Vec<Model>, SearchExtent) {
     let mut models: Vec<Model> = Vec::new();
     let mut extent = SearchExtent::default();
+    let first = guards(bank, tracks, MOST_RULES);
     for method in Method::all(bank) {
         let mut search = |tracks: &[usize], model| {
             let (model, tried) = Search::run(bank, tracks, model, MOST_RULES);
@@ -62,9 +63,10 @@ fn fit(bank: &Bank, tracks: &[usize]) -> (Vec<Model>, SearchExtent) {
             model
         };
         let model = match method {
-            Method::Guards => Some(Search::recovered(bank, tracks, guards(bank, tracks, MOST_RULES))),
+            Method::Guards => Some(Search::recovered(bank, tracks, first.clone())),
             Method::Tree => Some(tree(bank, tracks, MOST_RULES)),
-            Method::GuardsSearched | Method::TreeSearched => models.last().cloned().map(|it| search(tracks, it)),
+            Method::GuardsSearched => Some(search(tracks, first.clone())),
+            Method::TreeSearched => models.last().cloned().map(|it| search(tracks, it)),
             Method::GuardsMedoid => medoid(bank, tracks, |part| search(part, guards(bank, part, MOST_RULES))),
         };
         models.extend(model);
