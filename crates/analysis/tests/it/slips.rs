@@ -35,7 +35,7 @@ fn carried(tracker: Tracker, way_m: f64) -> Vec<Segment> {
     let z = |t: f64| along(t, &[(2.0, 0.1), (6.0, 0.4), (36.0, 0.4), (38.0, 0.1)]);
     let slid = |t: f64| along(t, &[(20.0, 0.0), (20.25, way_m)]);
     let y = |t: f64| {
-        let part = along(t, &[(24.0, 0.0), (25.2, 1.0), (28.0, 1.0), (29.2, 0.0)]);
+        let part = along(t, &[(24.0, 0.0), (26.0, 1.0), (29.0, 1.0), (31.0, 0.0)]);
         0.4 * part.powi(3) * (10.0 - 15.0 * part + 6.0 * part.powi(2))
     };
     let at = |t: f64| measured(t) * f64::from(rows) / 100.0 - late_s;
