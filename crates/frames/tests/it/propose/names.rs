@@ -1,6 +1,6 @@
 //! The names of bodies.
 
-use super::{Column, along, binding, channel, lift, proposed, still};
+use super::{Column, along, binding, binding_of, channel, lift, proposed, still};
 
 #[test]
 fn names_of_bodies_are_without_those_of_their_sources() {
@@ -142,4 +142,16 @@ fn the_back_of_a_hand_is_a_hand_and_the_ends_of_a_demonstration_are_no_objects()
     ];
     let (_, scene) = proposed(&columns);
     assert!(!scene.contains("demo"), "{scene}");
+}
+
+/// A replay buffer of UMI without stamps.
+#[test]
+fn rows_of_umi_have_the_rate_of_its_camera() {
+    let names = "robot0_demo_start_pose[0],robot0_eef_rot_axis_angle[0],robot0_gripper_width[0]";
+    let rows: String =
+        (0..50).map(|row| format!("0.4,{:.3},{:.3}\n", lift(f64::from(row) / 50.0), still(0.0))).collect();
+    let found = binding_of(&format!("{names}\n{rows}"));
+    assert!(found.contains("rate: 59.94 Hz"), "{found}");
+    let found = binding_of(&format!("{}\n{rows}", names.replace("demo_start", "other")));
+    assert!(found.contains("rate: 100 Hz"), "{found}");
 }
