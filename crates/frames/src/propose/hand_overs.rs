@@ -13,7 +13,7 @@ const LEAST_S: f64 = 0.1;
 /// … and their distance varies by at most this meanwhile, m: the object is rigid.
 const VARIES_M: f64 = 0.02;
 
-/// The largest distance of the fingers in a hand-over, m: a gripper closes while the other one is closed, their distance stays, and the other one opens first.
+/// The largest distance of the fingers during the nearest hand-over, m: a gripper closes while the other one is closed, their distance stays, and the other one opens first.
 pub fn distance_m(recording: &Recording, widths: &BTreeMap<Side, Widths>) -> Option<f64> {
     let [one, other] = Side::BOTH.map(|side| holds(recording, side, widths.get(&side)));
     let (one, other) = (one?, other?);
@@ -32,7 +32,7 @@ pub fn distance_m(recording: &Recording, widths: &BTreeMap<Side, Widths>) -> Opt
             .flatten()
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(*at), high.max(*at)]);
         if is_passed && lasts_s(end - begin, &recording.time) > LEAST_S && most - least < VARIES_M {
-            found = Some(found.map_or(most, |known| known.max(most)));
+            found = Some(found.map_or(most, |known| known.min(most)));
         }
         row = end.max(begin + 1);
     }

@@ -141,7 +141,7 @@ struct Survey<'a> {
     approach_s: Option<f64>,
     /// How far grippers are open on objects and empty in the bound log.
     widths: BTreeMap<Side, Widths>,
-    /// How far two grippers are apart when one takes over what the other holds in the bound log, m.
+    /// How far two grippers are apart at the nearest hand-over in the bound log, m.
     handed_over_m: Option<f64>,
     /// How far in front of flanges grippers hold objects in the bound log, m.
     flange_lengths_m: BTreeMap<Side, f64>,
