@@ -28,7 +28,7 @@ const TRIED_NEW: usize = 8;
 const CONFUSIONS: usize = 6;
 /// The settling times, ms.
 const SETTLE_MS: [u32; 6] = [0, 200, 400, 600, 800, 1200];
-/// What a search may cost: words of bits times models.
+/// What a search may cost: words of bits times versions of the rules.
 const MOST_WORK: usize = 60_000_000;
 
 /// The search for a model on some tracks.

@@ -16,7 +16,6 @@ use super::schedule::groups;
 use crate::grasp::held_path::held;
 use crate::grasp::task_grasps::{self, Alternatives, BlockedGrasp, TaskGrasp, meetings};
 use crate::kinematics::arm_distance::{PlacedShape, nearer};
-
 use crate::model::robot::Robot;
 use crate::parallel;
 use nalgebra::Vector3;
