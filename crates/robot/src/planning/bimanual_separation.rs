@@ -3,7 +3,7 @@
 //!
 //! Both hands follow their tasks by inverse kinematics alone ([`Rollout`]). Where they are too near, the paths of both are first led past each other or begun later;
 //! then one hand waits for the other one, and fingers open less. If that is not enough, other grasps of both hands are compared at some of the steps at which
-//! they are too near or both hold an object, first with the hands alone, then with their arms in every posture. An object that is inserted into a hole may also be turned about the
+//! both hold an object, or at which they are too near, first with the hands alone, then with their arms in every posture. An object that is inserted into a hole may also be turned about the
 //! axis of the hole. The best pairs are checked on their whole paths, with the same changes of paths. The best change is taken, and the next pair of grasps is
 //! selected, until nothing is too near or no change is better.
 
@@ -32,9 +32,9 @@ use teachtree_command::{Commands, Task};
 /// Maximum number of changes in a group of tasks, and of attempts for one pair of grasps.
 const CHANGES: usize = 8;
 const TRIES: usize = 3;
-/// Numbers of sampled steps at which pairs of grasps are compared: steps at which both hands hold, and those at which the limbs are too near.
-const HELD_STEPS: usize = 8;
+/// Numbers of sampled steps at which pairs of grasps are compared: steps at which the limbs are too near, and those at which both hands hold.
 const NEAR_STEPS: usize = 12;
+const HELD_STEPS: usize = 8;
 /// Number of turns that are tried for an object in a hole: multiples of this part of a full turn.
 const TURNS: u32 = 12;
 /// Maximum number of samples of commands that all choices of a grasp hold together.
@@ -221,33 +221,36 @@ impl<'a> Pair<'a> {
         Some([at(0)?, at(1)?])
     }
 
-    /// Returns the best change of a pair of grasps, or of the paths of the present grasps; `None` if no change is better.
+    /// Returns the best change of a pair of grasps, or of the paths of the present grasps; `None` if no change is better. Pairs are compared where both hands hold and,
+    /// if no change of these is clear, also where one of them comes or goes.
     fn change(&self, grasps: Grasps, anew: bool) -> Result<Option<Change>, InputError> {
-        let Some(steps) = self.steps(grasps) else { return Ok(None) };
-        let both = parallel::each(&[0, 1], |&hand| self.choices(hand, grasps[hand], &steps, anew));
-        let choices = both.into_iter().collect::<Result<Vec<_>, _>>()?;
         let mut best: Option<Change> = None;
-        let grasp_pairs: Vec<GraspPair> =
-            of_many_kinds(self.with_arms(grasps, &steps, &choices), WHOLE_PATHS_PER_GRASP);
-        for grasp_pairs in grasp_pairs[..grasp_pairs.len().min(WHOLE_PATHS)].chunks(WHOLE_PATHS_AT_ONCE) {
-            let changes = parallel::each(grasp_pairs, |grasp_pair| {
-                let tasks = [0, 1].map(|hand| choices[hand][grasp_pair.choices[hand]].task.clone());
-                self.gone(grasps, tasks, grasp_pair)
-            });
-            for change in changes.into_iter().flatten() {
-                if best.as_ref().is_none_or(|best| change.cost() < best.cost()) {
-                    best = Some(change);
+        for steps in self.steps(grasps).into_iter().flatten().take(if anew { 2 } else { 1 }) {
+            let both = parallel::each(&[0, 1], |&hand| self.choices(hand, grasps[hand], &steps, anew));
+            let choices = both.into_iter().collect::<Result<Vec<_>, _>>()?;
+            let grasp_pairs: Vec<GraspPair> =
+                of_many_kinds(self.with_arms(grasps, &steps, &choices), WHOLE_PATHS_PER_GRASP);
+            for grasp_pairs in grasp_pairs[..grasp_pairs.len().min(WHOLE_PATHS)].chunks(WHOLE_PATHS_AT_ONCE) {
+                let changes = parallel::each(grasp_pairs, |grasp_pair| {
+                    let tasks = [0, 1].map(|hand| choices[hand][grasp_pair.choices[hand]].task.clone());
+                    self.gone(grasps, tasks, grasp_pair)
+                });
+                for change in changes.into_iter().flatten() {
+                    if best.as_ref().is_none_or(|best| change.cost() < best.cost()) {
+                        best = Some(change);
+                    }
                 }
-            }
-            if best.as_ref().is_some_and(Change::is_clear) {
-                break;
+                if best.as_ref().is_some_and(Change::is_clear) {
+                    return Ok(best);
+                }
             }
         }
         Ok(best)
     }
 
-    /// Returns some of the steps at which one hand at least has its grasp of these: those at which the limbs are too near, then those at which both hands hold.
-    fn steps(&self, grasps: Grasps) -> Option<Vec<[usize; 2]>> {
+    /// Returns two lists of some of the steps at which one hand at least has its grasp of these: those at which both hands hold, where the limbs are too near and
+    /// anywhere; and all at which the limbs are too near, with those at which both hands hold.
+    fn steps(&self, grasps: Grasps) -> Option<[Vec<[usize; 2]>; 2]> {
         let plans = self.both_plans(&self.tasks, &self.rollouts)?;
         let holds = |hand: usize, step: usize| {
             plans[hand].at(self.rollouts[hand].own_s(step)).is_some_and(|(_, plan, own_s)| plan.holds(own_s))
@@ -260,10 +263,11 @@ impl<'a> Pair<'a> {
             self.rollouts[0].together(&self.rollouts[1]).into_iter().filter(both_hold).collect();
         let near: BTreeSet<[usize; 2]> = self.near.iter().map(|near| near.steps).collect();
         let near: Vec<[usize; 2]> = near.into_iter().filter(of_these).collect();
+        let tight: Vec<[usize; 2]> = near.iter().copied().filter(both_hold).collect();
         let some = |steps: &[[usize; 2]], most: usize| -> Vec<[usize; 2]> {
             steps.iter().step_by(steps.len().div_ceil(most).max(1)).copied().collect()
         };
-        Some([some(&near, NEAR_STEPS), some(&held, HELD_STEPS)].concat())
+        Some([tight, near].map(|near| [some(&near, NEAR_STEPS), some(&held, HELD_STEPS)].concat()))
     }
 
     /// Returns the present grasp of a task and, with `anew`, other grasps, each also with the object turned about the axis of its hole.

@@ -30,7 +30,9 @@ impl Change {
 
     /// Whether the hands count as apart, no path penetrates more than before, and no arm penetrates a fixed body.
     pub(super) fn is_clear(&self) -> bool {
-        self.through < THROUGH_M / 2.0 && are_apart(&self.near) && self.rollouts.iter().all(|rollout| rollout.meets == 0)
+        self.through < THROUGH_M / 2.0
+            && are_apart(&self.near)
+            && self.rollouts.iter().all(|rollout| rollout.meets == 0)
     }
 
     /// Takes tasks and a rollout of a hand from one of these postures, if that reduces the cost; `gain` is what the task gains on its path, m.
