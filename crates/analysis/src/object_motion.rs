@@ -5,8 +5,7 @@ use super::{Analysis, TaskSpan, TrackId, UNKNOWN};
 use std::borrow::Cow;
 use std::ops::Range;
 use teachtree_base::channels::TARGET_TOUCHED;
-use teachtree_base::hands::Side;
-use teachtree_base::meaning::Meaning;
+use teachtree_base::hands::{FingerPick, Side};
 use teachtree_frames::frames::{ColumnKey, Frames};
 use teachtree_frames::spilled_columns::Series;
 use teachtree_language::rules::Rules;
@@ -17,6 +16,10 @@ const CLOSED: &str = "gripper.closed";
 const OPENING: &str = "gripper.opening";
 /// The distance of each fingertip from the target, m.
 const DISTANCE: &str = "fingers.distance";
+/// Where each finger is, m.
+const FINGERS: &str = "fingers.position";
+/// The primitive of an object that falls out of the hand.
+const DROP: &str = "Drop";
 /// The param that a fall must exceed within [`FALL_S`].
 const DROP_WAY: &str = "drop_way";
 /// The interval of that fall, s.
@@ -31,10 +34,12 @@ const OPENED_S: f64 = 0.5;
 const OPENED_M: f64 = 1e-3;
 /// A fall has begun at most this long before its label, s.
 const BEGUN_S: f64 = 0.3;
-/// A slower object does not fall, m/s.
+/// A fall begins where the object leaves the hand at this speed, m/s.
 const FALLING: f64 = 0.01;
-/// A shorter way of an object is not mentioned, m.
+/// An object that falls leaves the hand by this way within [`FALL_S`], m; a shorter fall is not mentioned.
 const LEAST_FALL_M: f64 = 0.01;
+/// At the end of this way an object has begun to fall, m.
+const BEGUN_M: f64 = 2e-3;
 /// A shorter way of an object that no hand touched is not mentioned, m.
 const LEAST_WAY_M: f64 = 0.03;
 /// A shorter motion is not mentioned, s: a camera that corrects a pose makes a jump.
@@ -42,12 +47,12 @@ const LEAST_S: f64 = 0.1;
 /// A step of an object that noise does not make, m.
 const MOVED_M: f64 = 5e-3;
 
-/// The fall of an object in a failed task.
+/// The fall of an object out of a hand, in a failed task with a Drop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fall {
     /// The hand of the task.
     pub track: TrackId,
-    /// The first frame of the segment that lets the object go.
+    /// The first frame of the Drop.
     pub frame: usize,
     /// When the fall begins, s.
     pub start_s: f64,
@@ -68,13 +73,13 @@ pub struct UntouchedMotion {
     pub way_m: f64,
     /// Start and end, s.
     pub span_s: [f64; 2],
-    /// The least distance of a fingertip from its surface during the motion, m; `None` if the rules do not measure it.
+    /// The least distance from its surface of a fingertip of the hands whose target it is, m; `None` if the rules do not measure it.
     pub distance_m: Option<f64>,
 }
 
 /// Whether [`explain_by_motion`] reads a channel.
 pub fn reads_motion(channel: &str) -> bool {
-    [TARGET, POSITION, TARGET_TOUCHED, CLOSED, OPENING, DISTANCE].contains(&channel)
+    [TARGET, POSITION, TARGET_TOUCHED, CLOSED, OPENING, DISTANCE, FINGERS].contains(&channel)
 }
 
 /// Adds to an analysis the falls of objects in its failed tasks. If no task has a name, adds the object that moved farthest while no hand touched it.
@@ -107,6 +112,8 @@ struct HandColumns<'a> {
     opening: Option<ColumnKey>,
     /// For each finger.
     distances: Vec<ColumnKey>,
+    /// The height of each fingertip.
+    tips: Vec<ColumnKey>,
 }
 
 impl<'a> HandColumns<'a> {
@@ -117,6 +124,8 @@ impl<'a> HandColumns<'a> {
             series.has(key).then_some(key)
         };
         let axis = |component| column(POSITION, 0, component);
+        let fingers = frames.layout.hand(side).map_or(&[][..], |hand| &hand.fingers[..]);
+        let tips = (0..).zip(fingers).filter(|(_, finger)| FingerPick::Tips.picks(**finger));
         Some(Self {
             side,
             frames,
@@ -127,37 +136,43 @@ impl<'a> HandColumns<'a> {
             closed: column(CLOSED, 0, 0),
             opening: column(OPENING, 0, 0),
             distances: (0..).map_while(|slot| column(DISTANCE, slot, 0)).collect(),
+            tips: tips.filter_map(|(slot, _)| column(FINGERS, slot, 2)).collect(),
         })
     }
 
-    /// The fall in the segment of a task that lets the object go.
+    /// The fall in the Drop of a task. It counts from where the object leaves the hand: a hand that lowers it does not drop it.
     fn fall(&self, task: &TaskSpan, rules: &Rules) -> Option<Fall> {
-        let lets_go = |does: Option<Meaning>| does == Some(Meaning::Open);
-        let pairs = task.segments.iter().zip(task.segments.iter().skip(1));
-        let (_, segment) = { pairs }.find(|(before, segment)| lets_go(segment.does) && !lets_go(before.does))?;
+        let drop = task.segments.iter().find(|segment| segment.primitive == DROP)?;
         let rate_hz = self.frames.layout.rate_hz;
         let within = |seconds: f64| (seconds * rate_hz).round() as usize;
         let [.., height] = self.position;
-        let begun = segment.frames.start.saturating_sub(within(BEGUN_S));
-        let heights = self.series.part(height, begun..segment.frames.start + 1);
-        let sinks = heights.iter().zip(heights.iter().skip(1)).rev();
-        let start = segment.frames.start - sinks.take_while(|(z, next)| *z - *next > FALLING / rate_hz).count();
-        let end = (start + within(LONGEST_FALL_S)).min(self.frames.len);
-        let (targets, heights) = (self.series.part(self.target, start..end), self.series.part(height, start..end));
-        let first = targets.first()?;
-        // A hand that takes the object again raises it.
-        let mut lowest = f64::INFINITY;
-        let falling = heights.iter().zip(targets.iter()).take_while(|(z, target)| {
-            lowest = lowest.min(**z);
-            *target == first && **z < lowest + MOVED_M
+        let nearby = self.one_target(drop.frames.start, within(BEGUN_S), within(LONGEST_FALL_S));
+        let heights = self.series.part(height, nearby.clone());
+        let above = self.tips_above(&heights, &nearby);
+        let last = heights.len().checked_sub(1)?;
+        // How far the object sinks and leaves the hand.
+        let leaves = |from: usize, to: usize| (heights[from] - heights[to]).min(above[to] - above[from]);
+        let window = within(FALL_S).max(1);
+        let soon = |from: usize| (from + window).min(last);
+        let first = (0..last).find(|from| leaves(*from, soon(*from)) >= LEAST_FALL_M)?;
+        let begun = (first..soon(first)).rev().find(|at| leaves(first, *at) < BEGUN_M)?;
+        let start = begun - (0..begun).rev().take_while(|at| leaves(*at, at + 1) > FALLING / rate_hz).count();
+        // A hand that takes the object again comes near or raises it.
+        let (mut lowest, mut farthest) = (f64::INFINITY, f64::NEG_INFINITY);
+        let falling = heights.iter().zip(&above).skip(start).take_while(|(z, above)| {
+            (lowest, farthest) = (lowest.min(**z), farthest.max(**above));
+            **z < lowest + MOVED_M && **above > farthest - MOVED_M
         });
         let falling: Vec<f64> = falling.map(|(z, _)| *z).collect();
         let top = falling.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let height_m = top - falling.iter().copied().fold(f64::INFINITY, f64::min);
-        if !(height_m >= LEAST_FALL_M && height_m.is_finite()) {
+        let is_left_behind = farthest - above[start] > height_m / 2.0;
+        if !(is_left_behind && height_m >= LEAST_FALL_M && height_m.is_finite()) {
             return None;
         }
         let halfway = falling.iter().position(|z| *z < top - height_m / 2.0)?;
+        let fastest = (start..start + falling.len()).map(|at| leaves(at, soon(at))).fold(0.0, f64::max);
+        let start = nearby.start + start;
         let before = start.saturating_sub(within(OPENED_S));
         let before_half = |key: ColumnKey| self.series.part(key, before..start + halfway + 1);
         let is_opened = self
@@ -169,21 +184,53 @@ impl<'a> HandColumns<'a> {
             openings.last().is_some_and(|last| last - least > OPENED_M)
         });
         let is_from_open_jaws = is_opened || opens;
-        let steps = falling.iter().zip(falling.iter().skip(within(FALL_S).max(1)));
-        let fastest = steps.map(|(above, below)| above - below).fold(height_m.min(LEAST_FALL_M), f64::max);
         let advised = (fastest.min(height_m) * 1.1 / STEP_M).ceil() * STEP_M;
         let param = rules.params.iter().find(|param| param.name == DROP_WAY && is_from_open_jaws);
         let can_be = |value: f64, range: Option<(f64, f64)>| range.is_none_or(|(_, most)| value <= most);
         let drop_way_m = param.filter(|param| advised > param.value && can_be(advised, param.range)).map(|_| advised);
         let start_s = *self.frames.time.get(start)?;
         let track = TrackId::Hand(self.side);
-        Some(Fall { track, frame: segment.frames.start, start_s, height_m, is_from_open_jaws, drop_way_m })
+        Some(Fall { track, frame: drop.frames.start, start_s, height_m, is_from_open_jaws, drop_way_m })
     }
 
-    /// The least distance of a fingertip from the target in frames, m.
-    fn least_distance(&self, frames: &Range<usize>) -> Option<f64> {
-        let parts = self.distances.iter().flat_map(|key| together(frames).map(|part| self.series.part(*key, part)));
-        parts.flat_map(|part| part.iter().copied().reduce(f64::min)).reduce(f64::min)
+    /// The frames around one, at most as many before and after it, in which the hand has the same target as there.
+    fn one_target(&self, frame: usize, before: usize, after: usize) -> Range<usize> {
+        let (begin, end) = (frame.saturating_sub(before), (frame + after).min(self.frames.len));
+        let (earlier, later) = (self.series.part(self.target, begin..frame), self.series.part(self.target, frame..end));
+        let is_same = |target: &&f64| later.first() == Some(*target);
+        let (before, after) =
+            (earlier.iter().rev().take_while(is_same).count(), later.iter().take_while(is_same).count());
+        frame - before..frame + after
+    }
+
+    /// How high the middle of the fingertips is above the target, m; NaN where no fingertip is known.
+    fn tips_above(&self, heights: &[f64], frames: &Range<usize>) -> Vec<f64> {
+        let tips: Vec<Cow<[f64]>> = self.tips.iter().map(|key| self.series.part(*key, frames.clone())).collect();
+        let above = |(at, z): (usize, &f64)| {
+            let known = tips.iter().filter_map(|tip| tip.get(at).copied()).filter(|tip| tip.is_finite());
+            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), tip| (sum + tip, count + 1.0));
+            sum / count - z
+        };
+        heights.iter().enumerate().map(above).collect()
+    }
+
+    /// The least distance of a fingertip from an object in the frames in which it is the target, m; `None` if it is not known.
+    fn least_distance(&self, object: i64, frames: &Range<usize>) -> Option<f64> {
+        let mut least = None;
+        for part in together(frames) {
+            let targets = self.series.part(self.target, part.clone());
+            for key in &self.distances {
+                let distances = self.series.part(*key, part.clone());
+                let of_object = distances.iter().zip(targets.iter()).filter(|(_, target)| **target as i64 == object);
+                least = of_object.map(|(distance, _)| *distance).chain(least).reduce(f64::min);
+            }
+        }
+        least
+    }
+
+    /// Whether the hand has an object as its target in any of the frames.
+    fn has_target(&self, object: i64, frames: &Range<usize>) -> bool {
+        together(frames).any(|part| self.series.part(self.target, part).iter().any(|target| *target as i64 == object))
     }
 }
 
@@ -211,7 +258,8 @@ impl Motion {
 
 /// The motion over the greatest distance of an object that no hand touched.
 fn untouched(frames: &Frames, hands: &[HandColumns]) -> Vec<UntouchedMotion> {
-    let mut farthest: Option<(Motion, &HandColumns)> = None;
+    let mut farthest: Option<Motion> = None;
+    let least_frames = (LEAST_S * frames.layout.rate_hz).max(1.0) as usize;
     for hand in hands {
         for stretch in &frames.stretches {
             let mut motion: Option<Motion> = None;
@@ -228,7 +276,7 @@ fn untouched(frames: &Frames, hands: &[HandColumns]) -> Vec<UntouchedMotion> {
                     let is_same = motion.as_ref().is_some_and(|motion| motion.object == object);
                     let ends = object < 0 || is_touched;
                     if ends || !is_same {
-                        keep(&mut farthest, motion.take(), hand);
+                        keep(&mut farthest, motion.take(), least_frames);
                     }
                     if ends {
                         continue;
@@ -238,32 +286,30 @@ fn untouched(frames: &Frames, hands: &[HandColumns]) -> Vec<UntouchedMotion> {
                     motion.get_or_insert_with(new).take(part.start + at, place);
                 }
             }
-            keep(&mut farthest, motion.take(), hand);
+            keep(&mut farthest, motion.take(), least_frames);
         }
     }
-    let described = |(motion, hand): (Motion, &HandColumns)| {
+    let described = |motion: Motion| {
         let span = motion.frames?;
         let start_s = *frames.time.get(span.start)?;
+        // The distance of a hand that the rules do not measure may be the least.
+        let distances = { hands.iter() }.filter(|hand| hand.has_target(motion.object, &span));
+        let distances: Option<Vec<f64>> = distances.map(|hand| hand.least_distance(motion.object, &span)).collect();
         Some(UntouchedMotion {
             object: frames.objects.get(usize::try_from(motion.object).ok()?)?.clone(),
             way_m: motion.farthest_m,
             span_s: [start_s, frames.end_of(span.end - 1)],
-            distance_m: hand.least_distance(&span),
+            distance_m: distances.into_iter().flatten().reduce(f64::min),
         })
     };
     farthest.and_then(described).into_iter().collect()
 }
 
 /// Keeps a motion that is no jump and goes farther than the one before.
-fn keep<'a, 'b>(
-    farthest: &mut Option<(Motion, &'b HandColumns<'a>)>,
-    motion: Option<Motion>,
-    hand: &'b HandColumns<'a>,
-) {
-    let least_m = farthest.as_ref().map_or(LEAST_WAY_M, |(farthest, _)| farthest.farthest_m);
-    let least_frames = (LEAST_S * hand.frames.layout.rate_hz).max(1.0) as usize;
+fn keep(farthest: &mut Option<Motion>, motion: Option<Motion>, least_frames: usize) {
+    let least_m = farthest.as_ref().map_or(LEAST_WAY_M, |farthest| farthest.farthest_m);
     let lasts = |motion: &Motion| motion.frames.as_ref().is_some_and(|frames| frames.len() > least_frames);
     if let Some(motion) = motion.filter(|motion| motion.farthest_m > least_m && lasts(motion)) {
-        *farthest = Some((motion, hand));
+        *farthest = Some(motion);
     }
 }

@@ -12,7 +12,7 @@ use teachtree_language::{Request, load};
 const FALLS_S: f64 = 5.05;
 
 /// The analysis with the motion of the objects, by the rules with this hand model and these params.
-fn explained(log: &Recording, hand_model: &str, params: &[(&str, &str)]) -> Analysis {
+pub fn explained(log: &Recording, hand_model: &str, params: &[(&str, &str)]) -> Analysis {
     let request = Request {
         files: vec!["failures.rules".into()],
         hand_file: Some(hand_model.into()),
@@ -58,6 +58,51 @@ hands: {right: {fingers: [thumb]}}
     log(SCENE, 9, &signals)
 }
 
+/// A gripper carries a box against a wall and lowers it at this speed, m/s. It opens when the box is this high above the table, m.
+fn lowered(speed: f64, height_m: f64) -> Recording {
+    const SCENE: &str = "
+bodies:
+  box: {role: object, parts: [{box: [50 mm, 50 mm, 50 mm]}]}
+  table: {role: support, position: [0 m, 0 m, -10 mm], parts: [{box: [3 m, 3 m, 20 mm]}]}
+  wall: {role: wall, position: [350 mm, 0 mm, 200 mm], parts: [{box: [110 mm, 400 mm, 400 mm]}]}
+hands: {right: {fingers: [thumb]}}
+";
+    let down_s = 5.2 + 0.3 / speed;
+    let opened_s = down_s - height_m / speed;
+    let lifted = |t: f64| along(t, &[(2.6, 0.0), (3.0, 0.3), (5.2, 0.3), (down_s, 0.0)]);
+    let x = |t: f64| along(t, &[(3.0, 0.0), (4.0, 0.27), (4.1, 0.27), (4.6, 0.15)]);
+    let z = |t: f64| match t {
+        t if t < 2.6 => along(t, &[(0.0, 0.3), (1.5, 0.03)]),
+        t if t < down_s + 0.4 => 0.03 + lifted(t),
+        t => along(t, &[(down_s + 0.4, 0.03), (down_s + 1.6, 0.4)]),
+    };
+    let box_z = |t: f64| 0.025 + lifted(t);
+    let closed = |t: f64| f64::from(u8::from((2.1..opened_s).contains(&t)));
+    let opening = |t: f64| along(t, &[(1.8, 0.08), (2.2, 0.05), (opened_s, 0.05), (opened_s + 0.25, 0.08)]);
+    let signals: [Signal; 8] = [
+        ("right.thumb.position.x", &x),
+        ("right.thumb.position.y", &|_| 0.0),
+        ("right.thumb.position.z", &z),
+        ("right.gripper.closed", &closed),
+        ("right.gripper.opening", &opening),
+        ("box.position.x", &x),
+        ("box.position.y", &|_| 0.0),
+        ("box.position.z", &box_z),
+    ];
+    log(SCENE, 10, &signals)
+}
+
+/// In a failed task a hand may lower its object, which does not fall then.
+#[test]
+fn an_object_that_a_hand_lowers_does_not_fall() {
+    for (speed, height_m) in [(0.2, 0.006), (0.1, 0.003), (0.15, 0.01)] {
+        let found = explained(&lowered(speed, height_m), "hand_gripper.rules", &[]);
+        let said = found.outcome().sentence();
+        assert!(said.starts_with("failure: right collided box") && !said.contains("fell"), "{said}");
+        assert_eq!(found.falls, []);
+    }
+}
+
 #[test]
 fn the_outcome_names_a_fall_and_what_makes_it_a_release() {
     let message = |found: &Analysis| found.outcome().sentence();
@@ -78,14 +123,15 @@ fn the_outcome_names_a_fall_and_what_makes_it_a_release() {
     assert!(high.contains("fell 500 mm from the opened jaws") && !high.contains("drop_way"), "{high}");
 }
 
-/// Two fingers push a crate over a table; the scene has a box of this width along the push.
-fn pushed(width_mm: u32) -> Recording {
+/// The fingers of the right hand push a crate over a table; the scene has a box of this width along the push. The left hand may rest 0.6 m away.
+fn pushed(width_mm: u32, has_left: bool) -> Recording {
+    let left = if has_left { ", left: {fingers: [thumb, index]}" } else { "" };
     let scene = format!(
         "
 bodies:
   crate: {{role: object, parts: [{{box: [{width_mm} mm, 140 mm, 120 mm]}}]}}
   table: {{role: support, position: [0 m, 0 m, -10 mm], parts: [{{box: [3 m, 3 m, 20 mm]}}]}}
-hands: {{right: {{fingers: [thumb, index]}}}}
+hands: {{right: {{fingers: [thumb, index]}}{left}}}
 "
     );
     let way = |t: f64| along(t, &[(3.0, 0.0), (6.0, 0.25)]);
@@ -95,7 +141,8 @@ hands: {{right: {{fingers: [thumb, index]}}}}
         t => along(t, &[(6.5, 0.09), (8.0, -0.5)]),
     };
     let index_x = |t: f64| thumb_x(t) + 0.05;
-    let signals: [Signal; 9] = [
+    let left_x = |t: f64| 0.1 + 0.02 * t.sin();
+    let signals: [Signal; 15] = [
         ("right.thumb.position.x", &thumb_x),
         ("right.thumb.position.y", &|_| 0.03),
         ("right.thumb.position.z", &|_| 0.06),
@@ -105,13 +152,19 @@ hands: {{right: {{fingers: [thumb, index]}}}}
         ("crate.position.x", &way),
         ("crate.position.y", &|_| 0.0),
         ("crate.position.z", &|_| 0.06),
+        ("left.thumb.position.x", &left_x),
+        ("left.thumb.position.y", &|_| 0.7),
+        ("left.thumb.position.z", &|_| 0.06),
+        ("left.index.position.x", &left_x),
+        ("left.index.position.y", &|_| 0.68),
+        ("left.index.position.z", &|_| 0.06),
     ];
-    log(&scene, 10, &signals)
+    log(&scene, 10, if has_left { &signals } else { &signals[..9] })
 }
 
 #[test]
 fn an_outcome_without_tasks_names_what_moved_untouched() {
-    let found = explained(&pushed(60), "hand_vision.rules", &[]);
+    let found = explained(&pushed(60, false), "hand_vision.rules", &[]);
     let [motion] = &found.untouched[..] else { panic!("{:?}", found.untouched) };
     let [start_s, end_s] = motion.span_s;
     assert!((start_s - 3.0).abs() < 0.1 && (end_s - 6.0).abs() < 0.1, "{motion:?}");
@@ -119,8 +172,11 @@ fn an_outcome_without_tasks_names_what_moved_untouched() {
     assert!(said.starts_with("unknown: no task has a name; crate moved 250 mm at 3."), "{said}");
     let advice = "but no hand touched it: its surface in the scene stays 80 mm or more from the fingertips; write its `parts` in their true size";
     assert!(said.ends_with(advice), "{said}");
+    // So does the same log with a hand that is farther away.
+    let two_hands = explained(&pushed(60, true), "hand_vision.rules", &[]).outcome().sentence();
+    assert!(two_hands.ends_with(advice), "{two_hands}");
     // With the true size it is a push.
-    let true_size = explained(&pushed(200), "hand_vision.rules", &[]);
+    let true_size = explained(&pushed(200, false), "hand_vision.rules", &[]);
     assert_eq!(true_size.outcome().result, OutcomeKind::Success, "{}", true_size.outcome().sentence());
     assert_eq!(true_size.untouched, []);
 }

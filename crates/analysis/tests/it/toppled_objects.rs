@@ -1,5 +1,6 @@
 //! An object that falls after a hand has let it go: it topples off its support, or is meant to fall.
 
+use crate::object_motion::explained;
 use crate::one_gripper::{Signal, along, analysis, log, starts};
 use teachtree_analysis::outcome::OutcomeKind;
 use teachtree_analysis::{Analysis, TrackId};
@@ -119,7 +120,7 @@ fn found(hand: Hand, fall: Fall) -> Analysis {
         signals.extend(of_block);
     }
     let hand_model = if hand == Hand::Gripper { "hand_gripper.rules" } else { "hand_flags.rules" };
-    analysis(&log(&scene, 9, &signals), &["failures.rules"], hand_model)
+    explained(&log(&scene, 9, &signals), hand_model, &[])
 }
 
 /// It falls after it stood for some time, while the hand is still at it or later. The task whose object falls ends with the release.
@@ -145,6 +146,8 @@ fn an_object_that_topples_off_its_support_is_a_failure() {
                 track.tasks.iter().map(|task| (task.task.as_str(), task.subject.object.as_deref())).collect();
             assert_eq!(tasks, [("pick_and_place", Some("box")), ("toppled", Some("box"))], "{context}");
             assert_eq!(analysis.outcome().result, OutcomeKind::Failure, "{context}");
+            // It did not fall out of the hand, and `drop_way` is not its param.
+            assert_eq!(analysis.falls, [], "{context}");
         }
     }
 }
