@@ -426,7 +426,7 @@ fn unit_reason(part: &Part) -> &'static str {
 /// The columns that nothing was found for, as comments.
 fn unused(survey: &Survey) -> String {
     let mut text = String::new();
-    let is_listed = |part: &&Part| !part.is_constant() || grippers::is_at_rest(part);
+    let is_listed = |part: &&Part| !part.is_constant() || part.left_out.is_some() || grippers::is_at_rest(part);
     let rest: Vec<&Part> = survey.rest.iter().filter(is_listed).collect();
     if !rest.is_empty() {
         text.push_str("  # not used:\n");
@@ -436,6 +436,7 @@ fn unused(survey: &Survey) -> String {
             _ if words::is_command(&part.words) => "    (a command)".into(),
             Some(reason) => format!("    ({})", comment(reason)),
             _ if grippers::is_at_rest(part) => "    (a gripper that does not move)".into(),
+            _ if words::is_marker_error(&part.words) => "    (the residual of the tracker)".into(),
             _ if words::is_relative(&part.words) => "    (relative to something)".into(),
             _ if part.quantity == Quantity::Rotation => {
                 "    (the position of this name is not used, or not in the log)".into()

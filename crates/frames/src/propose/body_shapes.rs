@@ -73,13 +73,20 @@ pub fn part(survey: &Survey, body: &Body, [low, high]: [f64; 2], edge_m: f64) ->
         let turned =
             turn.map_or(String::new(), |turn| format!(", turned: [{}]", numbers([turn.w, turn.i, turn.j, turn.k])));
         let part = format!("{{cylinder: [{}], at: {}{turned}}}", size.join(", "), point_mm(at.into()));
-        return (part, "as wide as the fingertips hold it, and as high as they and its markers show");
+        let why = match extents(survey, body, &UnitQuaternion::identity()) {
+            Some(_) => "as wide as the fingertips hold it, and as high as they and its markers show",
+            None => "as wide as the fingertips hold it; its height is a guess, since the log has no markers of it",
+        };
+        return (part, why);
     }
     if let Some(pushed) = survey.pushed_shapes.get(&body.name) {
-        return (
-            pushed_box(survey, body, pushed, [low, high]),
-            "as large as the distance of what pushes it and its markers show",
-        );
+        let why = match extents(survey, body, &UnitQuaternion::identity()) {
+            Some(_) => "as large as the distance of what pushes it and its markers show",
+            None => {
+                "the log has no markers of it: only the distance of what pushes it is measured; the size is a guess from it"
+            }
+        };
+        return (pushed_box(survey, body, pushed, [low, high]), why);
     }
     let half_m = edge_m / 2.0;
     let (sides, why) = match extents(survey, body, &UnitQuaternion::identity()) {

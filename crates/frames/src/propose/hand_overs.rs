@@ -31,7 +31,9 @@ pub fn distance_m(recording: &Recording, widths: &BTreeMap<Side, Widths>) -> Opt
             .iter()
             .flatten()
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(*at), high.max(*at)]);
-        if is_passed && lasts_s(end - begin, &recording.time) > LEAST_S && most - least < VARIES_M {
+        // Without a position meanwhile, the distance is unknown.
+        let is_rigid = most.is_finite() && most - least < VARIES_M;
+        if is_passed && is_rigid && lasts_s(end - begin, &recording.time) > LEAST_S {
             found = Some(found.map_or(most, |known| known.min(most)));
         }
         row = end.max(begin + 1);

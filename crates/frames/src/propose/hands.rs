@@ -55,7 +55,8 @@ pub fn hands<'a>(parts: Vec<Part<'a>>) -> (BTreeMap<Side, Hand<'a>>, Vec<Part<'a
             },
             // A hand at rest is not an object.
             (Quantity::Position, None) if words::is_only_tool(&part.words) && !words::is_worn(&part.words) => {
-                rest.push(Part { quantity: Quantity::Other, ..part });
+                let reason = "it never moves, and its name is that of a hand: if it is an object, bind its position";
+                rest.push(Part { quantity: Quantity::Other, left_out: Some(reason.into()), ..part });
             }
             _ => rest.push(part),
         }

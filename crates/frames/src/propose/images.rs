@@ -1,8 +1,14 @@
-//! Images that are small enough to have columns: arrays of several dimensions with bytes, which are no poses.
+//! Images that are small enough to have columns: arrays of bytes with the name of an image, or with as many rows and columns as a small image.
 
 use super::parts::{Part, Quantity};
+use super::words;
 use crate::inspect::ColumnReport;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Words for images.
+const IMAGES: [&str; 8] = ["image", "images", "img", "rgb", "rgbd", "depth", "pixel", "pixels"];
+/// An array without such a word has at least this number of rows and of columns: objects with their coordinates have fewer.
+const LEAST: usize = 8;
 
 /// The largest value of a byte; flags are at most 1.
 const BYTE: f64 = 255.0;
@@ -24,9 +30,12 @@ pub fn leave_out(parts: &mut Vec<Part>) {
     let is_image = |columns: &Vec<&ColumnReport>| {
         columns.iter().all(|column| is_bytes(column)) && columns.iter().any(|column| column.max > FLAG)
     };
+    let is_large = |(_, array): &ArrayName, columns: &[&ColumnReport]| {
+        words::has(&words::words(array), &IMAGES) || long_axes(columns) > 1
+    };
     let mut images: BTreeMap<ArrayName, usize> = arrays
         .into_iter()
-        .filter(|(_, columns)| is_image(columns))
+        .filter(|(name, columns)| is_large(name, columns) && is_image(columns))
         .map(|(name, columns)| (name, columns.len()))
         .collect();
     parts.retain_mut(|part| {
@@ -46,6 +55,20 @@ pub fn leave_out(parts: &mut Vec<Part>) {
 fn array(part: &Part, column: &ColumnReport) -> Option<ArrayName> {
     let (array, indices) = column.name.split_once('[')?;
     indices.contains("][").then(|| (part.sheet.name.clone(), array.to_string()))
+}
+
+/// Number of the axes of an array along which it has at least the rows of a small image.
+fn long_axes(columns: &[&ColumnReport]) -> usize {
+    let mut axes: Vec<BTreeSet<&str>> = vec![];
+    for column in columns {
+        for (axis, index) in column.name.split('[').skip(1).enumerate() {
+            if axis == axes.len() {
+                axes.push(BTreeSet::new());
+            }
+            axes[axis].insert(index);
+        }
+    }
+    axes.iter().filter(|indices| indices.len() >= LEAST).count()
 }
 
 /// Whether all values are whole numbers that fit in a byte.

@@ -139,8 +139,8 @@ const PARTS: [&str; 24] = [
     "forearm", "clavicle", "arm", "link", "joint", "base", "camera", "map", "odom", "mount", "torso",
 ];
 
-/// Words for where a robot begins, ends or rests in a demonstration.
-const ENDS: [&str; 7] = ["demo", "start", "end", "home", "init", "initial", "rest"];
+/// Words for where a robot begins or ends in a demonstration; a rest may be a stand, such as `tool_rest`.
+const ENDS: [&str; 6] = ["demo", "start", "end", "home", "init", "initial"];
 
 /// Words for bodies that carry others.
 const SUPPORTS: [&str; 9] = ["table", "tray", "bin", "shelf", "plate", "surface", "ground", "floor", "desk"];
@@ -217,6 +217,11 @@ pub fn is_command(words: &[String]) -> bool {
 pub fn is_relative(words: &[String]) -> bool {
     has(words, &["to", "rel", "delta", "diff", "error", "offset"])
         || words.iter().any(|word| word.starts_with("relative"))
+}
+
+/// Whether a column is how far markers are from their places in a rigid body: `Mean Marker Error`.
+pub fn is_marker_error(words: &[String]) -> bool {
+    has(words, &["error"]) && has(words, &["marker", "markers"])
 }
 
 /// The rank of the best word for a tool, 0 for the best.

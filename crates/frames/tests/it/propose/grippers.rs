@@ -105,6 +105,9 @@ fn the_distance_of_two_grippers_at_a_hand_over_is_a_param_of_the_project() {
     let twice: fn(f64) -> f64 =
         |passed| if (0.2..0.6).contains(&passed) || (0.8..0.95).contains(&passed) { GRIPPED } else { OPEN };
     assert_eq!(of(twice, |passed| along(passed) + if passed < 0.7 { 0.02 } else { 0.09 }), []);
+    // A hand-over without a position of one hand has no distance.
+    let lost: fn(f64) -> f64 = |passed| if (0.75..0.95).contains(&passed) { f64::NAN } else { along(passed) + 0.09 };
+    assert_eq!(of(twice, lost), wanted);
     // The default is enough, the distance changes, or both hold on: no hand-over, or no param.
     assert_eq!(of(passed, |passed| along(passed) + 0.02 + (0.45 - passed).max(0.0)), []);
     assert_eq!(of(passed, |passed| along(passed) + 0.09 + (0.6 - passed).max(0.0)), []);

@@ -80,6 +80,37 @@ fn a_hand_that_does_not_move_is_no_object() {
     let found = binding(&columns);
     assert_eq!(channel(&found, "left_palm.position"), None, "{found}");
     assert!(channel(&found, "tool_rack.position").is_some(), "{found}");
+    // It is named nevertheless, with its columns.
+    assert!(found.contains("  #   left_palm_<xyz>    (it never moves, and its name is that of a hand"), "{found}");
+}
+
+#[test]
+fn a_stand_for_a_tool_is_an_object() {
+    let titles: Vec<String> = ["tcp", "tool_rest", "robot_home"]
+        .iter()
+        .flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name}_{axis}")))
+        .collect();
+    let ways: [fn(f64) -> f64; 9] = [along, still, lift, still, still, still, still, still, |_| 0.3];
+    let (binding, scene) = proposed(&titles.iter().map(String::as_str).zip(ways).collect::<Vec<Column>>());
+    assert_eq!(channel(&binding, "tool_rest.position"), Some("tool_rest_<xyz>"), "{binding}");
+    assert!(scene.contains("  tool_rest: "), "{scene}");
+    assert_eq!(channel(&binding, "robot_home.position"), None, "{binding}");
+    assert!(binding.contains("  #   robot_home_<xyz>    ("), "{binding}");
+}
+
+/// Motive states how well markers fit their rigid body.
+#[test]
+fn a_marker_error_is_the_residual_of_the_tracker() {
+    let columns: [Column; 5] = [
+        ("tcp_x", along),
+        ("tcp_y", still),
+        ("tcp_z", lift),
+        ("Cup.Mean Marker Error", along),
+        ("tracking_error", along),
+    ];
+    let found = binding(&columns);
+    assert!(found.contains("Cup.Mean Marker Error    (the residual of the tracker)"), "{found}");
+    assert!(found.contains("tracking_error    (relative to something)"), "{found}");
 }
 
 /// Beside a tool point, what is worn at a hand is an object; alone, it is the tool point.
@@ -118,8 +149,38 @@ fn bytes_with_several_indices_are_an_image() {
     assert_eq!(binding.matches("  #   ").count(), 1, "{binding}");
     assert!(channel(&binding, "right.tcp.position") == Some("tcp_<xyz>"), "{binding}");
     assert!(!scene.contains("top"), "{scene}");
-    let (binding, _) = of("grid", |passed| 0.2 + passed);
+    let (binding, _) = of("images/top", |passed| 0.2 + passed);
     assert!(!binding.contains("an image"), "{binding}");
+    // Few numbers of an array without such a name may be those of pads.
+    let (binding, _) = of("tactile", |passed| (20.0 + 200.0 * passed).floor());
+    assert!(!binding.contains("an image") && binding.matches("  #   tactile").count() > 1, "{binding}");
+}
+
+/// An array without the name of an image: 9 by 8 bytes are one, two objects with positions in whole mm are none.
+#[test]
+fn whole_coordinates_of_objects_are_no_image() {
+    let of = |rows: usize, columns: usize| {
+        let names: Vec<String> =
+            (0..rows).flat_map(|row| (0..columns).map(move |at| format!("objects[{row}][{at}]"))).collect();
+        let ways: [fn(f64) -> f64; 6] = [
+            |passed| (10.0 + 190.0 * passed).floor(),
+            |_| 50.0,
+            |passed| (500.0 * lift(passed)).floor(),
+            |_| 120.0,
+            |passed| (200.0 - 90.0 * passed).floor(),
+            |_| 20.0,
+        ];
+        let mut all: Vec<Column> = vec![("tcp_x", along), ("tcp_y", still), ("tcp_z", lift)];
+        all.extend(names.iter().map(String::as_str).zip(ways.into_iter().cycle()));
+        proposed(&all)
+    };
+    let (binding, scene) = of(2, 3);
+    for name in ["objects_0", "objects_1"] {
+        assert!(channel(&binding, &format!("{name}.position")).is_some(), "{binding}");
+        assert!(scene.contains(&format!("  {name}: ")), "{scene}");
+    }
+    let (binding, _) = of(9, 8);
+    assert!(binding.contains("(an image, as all 72 columns of objects)"), "{binding}");
 }
 
 /// A rigid body on the back of a hand, and where a robot begins and ends in a demonstration.
