@@ -29,7 +29,7 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     let mut text = String::from(
         "# Guessed by `teachtree init` from the names, units and values of the columns. Comments give reasons and alternatives\n# (docs/bindings.md); `teachtree inspect LOG` lists what can be detected.\nabout: describe this log\n",
     );
-    if is_pair(survey) {
+    if survey.is_pair() {
         text.push_str("hand_file: hand_gripper_pair.rules    # two grippers, and no pose of an object\n");
     }
     if survey.contacts.are_simulated {
@@ -130,11 +130,6 @@ fn robots(survey: &Survey) -> String {
     text
 }
 
-/// Whether there are two grippers and no body.
-pub fn is_pair(survey: &Survey) -> bool {
-    survey.grippers.len() > 1 && survey.bodies.is_empty()
-}
-
 fn is_reversed(side: Side, answers: &Answers) -> bool {
     answers.is_reversed.get(&side).copied().unwrap_or_default()
 }
@@ -155,7 +150,7 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
     };
     let is_fixed = survey.is_fixed_tool();
     for (side, hand) in &survey.hands {
-        of_hand(survey, *side, hand, is_fixed, is_pair(survey), &line, &mut lines);
+        of_hand(survey, *side, hand, is_fixed, survey.is_pair(), &line, &mut lines);
         let is_force = |line: &&mut Line| {
             line.channel == format!("{side}.wrist.force") || line.channel == format!("{side}.palm.force")
         };
@@ -346,7 +341,7 @@ fn sensors(survey: &Survey) -> String {
     let (mut known, mut possible) = (String::new(), String::new());
     let hands = survey.hands.iter().filter(|(_, hand)| may_turn(hand) && !survey.is_fixed_tool());
     for (side, hand) in hands {
-        let part = if is_pair(survey) || survey.flange_lengths_m.contains_key(side) { "palm" } else { "tcp" };
+        let part = if survey.is_pair() || survey.flange_lengths_m.contains_key(side) { "palm" } else { "tcp" };
         let line = format!("  {side}.wrist.force: {{frame: {side}.{part}.rotation}}");
         let _ = match wrist_forces::sensor_rotation(hand) {
             Some(_) => writeln!(known, "{line}    # the log names another frame for the force than for the poses"),

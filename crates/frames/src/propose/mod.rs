@@ -175,6 +175,13 @@ struct Survey<'a> {
     rest: Vec<Part<'a>>,
 }
 
+impl Survey<'_> {
+    /// Whether there are two grippers and no body.
+    fn is_pair(&self) -> bool {
+        self.grippers.len() > 1 && self.bodies.is_empty()
+    }
+}
+
 impl<'a> Survey<'a> {
     fn new(log: &'a Inspection, answers: &Answers) -> Self {
         let mut parts = parts::parts(log);

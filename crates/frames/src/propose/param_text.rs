@@ -1,6 +1,5 @@
 //! Params of the rules that a log shows, for the binding and for the project file.
 
-use super::binding_text::is_pair;
 use super::empty_grippers::Widths;
 use super::rounded_yaml::plain;
 use super::{ProjectParams, Survey};
@@ -55,7 +54,7 @@ pub fn project_params(survey: &Survey) -> ProjectParams {
     const MOST_M: f64 = 0.15;
     /// `meet_far` is larger by this, m.
     const MARGIN_M: f64 = 0.02;
-    let Some(apart_m) = survey.handed_over_m.filter(|_| is_pair(survey)) else { return ProjectParams::default() };
+    let Some(apart_m) = survey.handed_over_m.filter(|_| survey.is_pair()) else { return ProjectParams::default() };
     let near_m = ((apart_m + MARGIN_M) * 100.0).round() / 100.0;
     if near_m <= NEAR_M || near_m > MOST_M {
         return ProjectParams::default();
