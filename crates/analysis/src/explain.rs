@@ -30,7 +30,7 @@ use teachtree_engine::inspect::Inspector;
 use teachtree_engine::runs::Leaves;
 use teachtree_frames::frames::Frames;
 use teachtree_language::evidence::evidence;
-use teachtree_language::rules::{Branch, Consequent, Expr, ExprKind, Label, RelabelRule, Rules};
+use teachtree_language::rules::{Branch, Consequent, Expr, ExprKind, Label, LeafPath, RelabelRule, Rules};
 
 use serde::Serialize;
 use std::ops::Range;
@@ -182,15 +182,13 @@ pub fn explain(analyzed: &AnalyzedRecording, question: &Question) -> Result<Vec<
         if labels.is_some() && nearest.is_none() {
             let name = question.why_not.as_deref().unwrap_or_default();
             let message = format!("no leaf of the tree over `{}` gives `{name}`", question.who);
-            let rewritten = rewritten(analyzed.rules, labels.iter().flatten());
-            let help = match rewritten.first() {
-                Some(first) => {
-                    let all: Vec<String> = rewritten.iter().map(|name| format!("`{name}`")).collect();
-                    format!("relabeling makes it of {}: ask `--why-not {first}`", all.join(" and "))
-                }
-                None => "no relabeling rule makes it".into(),
-            };
-            return Err(InputError::new("--why-not", message).help(help));
+            let patterns: Vec<Label> = labels.into_iter().flatten().collect();
+            return Err(InputError::new("--why-not", message).help(what_to_ask(
+                analyzed,
+                &inspector,
+                question.who,
+                &patterns,
+            )));
         }
         let mut before: Option<(Vec<usize>, Option<Label>)> = None;
         for frame in frames.clone() {
@@ -276,20 +274,53 @@ fn labels(rules: &Rules, name: &str) -> Result<Vec<Label>, InputError> {
     }
 }
 
-/// The names of the labels that relabeling rewrites to one of these patterns.
-fn rewritten<'a>(rules: &Rules, patterns: impl Iterator<Item = &'a Label>) -> Vec<String> {
-    let patterns: Vec<&Label> = patterns.collect();
-    let makes = |rule: &&RelabelRule| {
-        rule.kind.becomes().is_some_and(|label| patterns.iter().any(|pattern| pattern.covers(label)))
+/// The question that a tree can answer where that of the track gives none of the labels: about another track, or about a label that relabeling rewrites to one of
+/// them.
+fn what_to_ask(analyzed: &AnalyzedRecording, inspector: &Inspector, who: TrackId, patterns: &[Label]) -> String {
+    let rules = analyzed.rules;
+    let given = |who: TrackId| -> Vec<Label> {
+        let tree = inspector.tree(who.side());
+        let leaf = |path: LeafPath| match path.choice.then {
+            Consequent::Primitive(label) => Some(label),
+            _ => None,
+        };
+        tree.map(|tree| tree.root.paths()).unwrap_or_default().into_iter().filter_map(leaf).collect()
     };
-    let mut names = Vec::new();
-    for label in rules.relabels.iter().filter(makes).flat_map(|rule| rule.kind.rewrites()) {
-        let name = rules.label_name(label);
-        if !names.contains(&name) {
-            names.push(name);
+    let others: Vec<TrackId> =
+        { analyzed.analysis.tracks.iter() }.map(|track| track.who).filter(|it| *it != who).collect();
+    let quoted = |names: &mut dyn Iterator<Item = String>| -> String {
+        names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" or ")
+    };
+    let gives = |other: &&TrackId| given(**other).iter().any(|leaf| patterns.iter().any(|it| it.covers(*leaf)));
+    let tracks: Vec<&TrackId> = others.iter().filter(gives).collect();
+    if !tracks.is_empty() {
+        return format!("ask {}", quoted(&mut tracks.iter().map(|other| format!("--track {other}"))));
+    }
+    let sources = rewritten(rules, patterns);
+    for track in std::iter::once(who).chain(others) {
+        let leaves = given(track);
+        let names = { sources.iter() }.filter(|source| leaves.iter().any(|leaf| source.covers(*leaf)));
+        let names: Vec<String> = names.map(|source| rules.label_name(*source)).collect();
+        if let Some(first) = names.first() {
+            let of_track = if track == who { String::new() } else { format!("--track {track} ") };
+            let all = quoted(&mut names.iter().cloned());
+            return format!("relabeling makes it of {all}: ask `{of_track}--why-not {first}`");
         }
     }
-    names
+    "no leaf of another tree and no relabeling rule gives it".into()
+}
+
+/// The labels that relabeling rewrites to one of these patterns, each once.
+fn rewritten(rules: &Rules, patterns: &[Label]) -> Vec<Label> {
+    let is_asked = |label: &Label| patterns.iter().any(|pattern| pattern.covers(*label));
+    let makes = |rule: &&RelabelRule| rule.kind.becomes().is_some_and(|label| is_asked(&label));
+    let mut labels = Vec::new();
+    for label in rules.relabels.iter().filter(makes).flat_map(|rule| rule.kind.rewrites()) {
+        if !labels.contains(&label) && !is_asked(&label) {
+            labels.push(label);
+        }
+    }
+    labels
 }
 
 /// Why a track has its label on a frame, without the task.
