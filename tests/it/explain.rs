@@ -41,19 +41,31 @@ fn why_not_says_what_was_missing_where_it_was_nearest() {
 #[test]
 fn why_not_names_the_labels_that_relabeling_rewrites() {
     let log = ["examples/hand_over/hand_over_1.csv", "--binding", "examples/hand_over/hand_over.binding.yaml"];
-    let asked = |primitive: &str| {
-        let question = ["--at", "3s", "--track", "both", "--why-not", primitive];
+    let asked = |track: &str, primitive: &str| {
+        let question = ["--at", "3s", "--track", track, "--why-not", primitive];
         teachtree(&[&["explain"], &log[..], &question[..]].concat())
     };
-    let refused = asked("Pass");
-    assert_eq!(refused.status.code(), Some(2));
-    let help = "gives `Pass`\n  help: relabeling makes it of `MainGrasp` and `EqualGrasp`: ask `--why-not MainGrasp`";
-    assert!(complained(&refused).contains(help), "{}", complained(&refused));
-    let answered = asked("MainGrasp");
+    let made = "relabeling makes it of `MainGrasp` or `EqualGrasp`: ask";
+    for (track, primitive, help) in [
+        ("both", "Pass", &*format!("{made} `--why-not MainGrasp`")),
+        ("right", "Pass", &*format!("{made} `--track both --why-not MainGrasp`")),
+        ("right", "EqualGrasp", "ask `--track both`"),
+        ("both", "Follow", "ask `--track left` or `--track right`"),
+    ] {
+        let refused = asked(track, primitive);
+        assert_eq!(refused.status.code(), Some(2));
+        let help = format!("no leaf of the tree over `{track}` gives `{primitive}`\n  help: {help}");
+        assert!(complained(&refused).contains(&help), "{}", complained(&refused));
+    }
+    let answered = asked("both", "MainGrasp");
     assert!(program::said(&answered).contains("  not MainGrasp"), "{}", complained(&answered));
     let inspected = program::said(&teachtree(&[&["inspect"], &log[..]].concat()));
-    let both = inspected.lines().find(|line| line.contains("both   can be detected: ")).unwrap();
-    assert!(both.contains("EqualGrasp") && both.contains("Pass (by relabeling)"), "{both}");
+    // The rules that make an EqualGrasp or a Follow need one.
+    for track in ["left ", "right", "both "] {
+        let line = inspected.lines().find(|line| line.contains(&format!("{track}  can be detected: "))).unwrap();
+        let made: Vec<&str> = line.split(", ").filter(|name| name.ends_with(" (by relabeling)")).collect();
+        assert_eq!(made, ["Pass (by relabeling)"], "{line}");
+    }
 }
 
 /// What holds within a window is explained where it holds.

@@ -9,7 +9,7 @@ use teachtree_base::channels::Fallback;
 use teachtree_base::hands::{Finger, FingerPick, Side, TrackId};
 use teachtree_frames::frames::{ColumnKey, Frames};
 use teachtree_language::graph::{AbstractValue, Graph, Leaf, Target, reachable_leaves};
-use teachtree_language::rules::{ChannelId, Hand, Label, Rules, TreeScope};
+use teachtree_language::rules::{ChannelId, Hand, Label, Labels, RelabelKind, Repetition, Rules, TreeScope};
 use teachtree_logs::issue::{Issue, IssueKind};
 
 /// The primitives that rules can detect in a log ([`Rules::observability`](super::Rules::observability)).
@@ -32,7 +32,7 @@ pub struct TrackObservability {
     /// The primitives that cannot, by reason.
     #[serde(rename = "cannot")]
     pub undetectable: Vec<Undetectable>,
-    /// The primitives that relabeling makes of those that can be detected.
+    /// The primitives that no leaf gives in the track, and that relabeling can make there.
     #[serde(skip)]
     pub relabeled: Vec<String>,
 }
@@ -188,23 +188,73 @@ fn track(
     }
 }
 
-/// The primitives that no leaf of the tree of a track gives, and that relabeling makes of those that can be detected.
-pub fn relabeled(rules: &Rules, track: &TrackObservability) -> Vec<String> {
-    let is_detectable = |label: &Label| {
-        let name = |label: Label| rules.label_name(label);
-        let covered = rules.labels().filter(|other| label.covers(*other)).map(name);
-        { covered }.any(|name| track.detectable.contains(&name))
+/// Adds to tracks the primitives that relabeling can make in them of those that can be detected. The lane of a hand has the labels of its own tree and of that over
+/// both hands; the track of both has what rules make of the labels of its tree.
+pub fn add_relabeled(rules: &Rules, tracks: &mut [TrackObservability]) {
+    let detectable = |track: &TrackObservability| -> BTreeSet<Label> {
+        rules.labels().filter(|label| track.detectable.contains(&rules.label_name(*label))).collect()
     };
-    let is_lost = |name: &String| track.undetectable.iter().any(|lack| lack.primitives.contains(name));
-    let mut names = Vec::new();
-    for rule in &rules.relabels {
-        let Some(name) = rule.kind.becomes().map(|label| rules.label_name(label)) else { continue };
-        let is_known = track.detectable.contains(&name) || is_lost(&name) || names.contains(&name);
-        if !is_known && rule.kind.rewrites().iter().any(is_detectable) {
-            names.push(name);
+    let (of_hands, of_both): (Vec<&TrackObservability>, Vec<&TrackObservability>) =
+        tracks.iter().partition(|track| track.track.side().is_some());
+    let of_both: BTreeSet<Label> = of_both.into_iter().flat_map(detectable).collect();
+    let given: BTreeSet<Label> = of_hands.iter().flat_map(|track| detectable(track)).chain(of_both.clone()).collect();
+    let mut lanes: Vec<BTreeSet<Label>> =
+        of_hands.iter().map(|track| detectable(track).union(&of_both).copied().collect()).collect();
+    let mut coordinated = of_both;
+    // A rule may need what another one makes.
+    loop {
+        let mut has_changed = false;
+        for rule in &rules.relabels {
+            let Some(becomes) = rule.kind.becomes() else { continue };
+            for at in 0..lanes.len() {
+                if !can_rewrite(&rule.kind, &lanes, at) {
+                    continue;
+                }
+                has_changed |= lanes[at].insert(becomes);
+                let is_of_both = !given.contains(&becomes) && has_any(&rule.kind.rewrites(), &coordinated);
+                has_changed |= is_of_both && coordinated.insert(becomes);
+            }
+        }
+        if !has_changed {
+            break;
         }
     }
-    names
+    let mut lanes = lanes.into_iter();
+    for track in tracks {
+        let labels = if track.track.side().is_some() { lanes.next().unwrap_or_default() } else { coordinated.clone() };
+        let made = labels.difference(&given).map(|label| rules.label_name(*label));
+        let is_lost = |name: &String| track.undetectable.iter().any(|lack| lack.primitives.contains(name));
+        track.relabeled = made.filter(|name| !is_lost(name)).collect();
+    }
+}
+
+/// Whether a rule can change a label in a lane: what it rewrites and what that stands between can be there.
+fn can_rewrite(kind: &RelabelKind, lanes: &[BTreeSet<Label>], at: usize) -> bool {
+    let Some((lane, becomes)) = lanes.get(at).zip(kind.becomes()) else { return false };
+    let rewritten: Labels = { kind.rewrites() }.into_iter().filter(|label| *label != becomes).collect();
+    let stands =
+        |(before, after): &(Labels, Labels), lane: &BTreeSet<Label>| has_any(before, lane) && has_any(after, lane);
+    has_any(&rewritten, lane)
+        && match kind {
+            RelabelKind::Between { between, .. } => stands(between, lane),
+            RelabelKind::BetweenInHands { what, one, other, .. } => {
+                let others = { lanes.iter().enumerate() }.filter(|(other, _)| *other != at).map(|(_, lane)| lane);
+                let fits = |theirs: &BTreeSet<Label>, [ours, others]: [&(Labels, Labels); 2]| {
+                    stands(ours, lane) && stands(others, theirs) && has_any(what, theirs)
+                };
+                { others }.any(|theirs| fits(theirs, [one, other]) || fits(theirs, [other, one]))
+            }
+            RelabelKind::Become { .. } => true,
+            RelabelKind::Sequence { elements, .. } => {
+                elements.iter().all(|(labels, repeat)| *repeat == Repetition::ZeroOrMore || has_any(labels, lane))
+            }
+            RelabelKind::Separate { .. } => false,
+        }
+}
+
+/// Whether a lane can have a label that one of the patterns stands for.
+fn has_any(patterns: &[Label], lane: &BTreeSet<Label>) -> bool {
+    patterns.iter().any(|pattern| lane.iter().any(|label| pattern.covers(*label)))
 }
 
 /// What a hand lacks that rules pick of its fingers; of a hand without any finger its channels say so.

@@ -68,9 +68,7 @@ impl Rules {
         let frames = run::frames(&self.0.rules, opened)?;
         let contents = LogContents::new(opened, log.binding().is_some());
         let mut tracks = observability::tracks(&lower(&self.0.rules), &frames, &contents);
-        for track in &mut tracks {
-            track.relabeled = observability::relabeled(&self.0.rules, track);
-        }
+        observability::add_relabeled(&self.0.rules, &mut tracks);
         Ok(Observability { tracks, issues: frames.issues })
     }
 
