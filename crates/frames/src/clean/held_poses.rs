@@ -45,6 +45,8 @@ pub struct HoldDetector {
     last: Option<Pose>,
     equal: usize,
     jumps: usize,
+    /// The changes, by the number of equal rows before them.
+    changes: BTreeMap<usize, usize>,
     /// The jumps after equal rows, by the number of these rows.
     held: BTreeMap<usize, usize>,
 }
@@ -61,7 +63,16 @@ impl HoldDetector {
             return None;
         };
         let most = most_rows(rate_hz);
-        Some(Self { jump, most, least: f64::INFINITY, last: None, equal: 0, jumps: 0, held: BTreeMap::new() })
+        Some(Self {
+            jump,
+            most,
+            least: f64::INFINITY,
+            last: None,
+            equal: 0,
+            jumps: 0,
+            changes: BTreeMap::new(),
+            held: BTreeMap::new(),
+        })
     }
 
     /// Takes the next rows, by component.
@@ -77,6 +88,9 @@ impl HoldDetector {
                 if (2..=self.most).contains(&self.equal) {
                     *self.held.entry(self.equal).or_default() += 1;
                 }
+            }
+            if moved > 0.0 && self.equal <= self.most {
+                *self.changes.entry(self.equal).or_default() += 1;
             }
             self.equal = if self.last == Some(pose) { self.equal + 1 } else { 1 };
             self.last = Some(pose);
@@ -95,6 +109,13 @@ impl HoldDetector {
             sum as f64 >= WHOLE * held as f64
         };
         self.held.iter().find(is_whole).map(|(rows, _)| *rows)
+    }
+
+    /// The mean number of rows from one change to the next one, without longer holds than this number of rows.
+    fn mean_rows(&self, most: usize) -> f64 {
+        let usual = || self.changes.range(..=most);
+        let rows: usize = usual().map(|(rows, count)| rows * count).sum();
+        rows as f64 / usual().map(|(_, count)| count).sum::<usize>().max(1) as f64
     }
 }
 
@@ -207,7 +228,7 @@ pub fn interpolate(
         }
         let message = format!(
             "it stays the same for up to {rows} rows and then jumps, as if measured at {:.0} Hz; it is interpolated between its changes",
-            rate_hz / rows as f64
+            rate_hz / detector.mean_rows(rows)
         );
         issues.push(over_all(time, IssueKind::HELD_POSE, &channel, message));
         held.insert(channel, HeldChannel { rows, measured });

@@ -40,6 +40,8 @@ pub struct Arm {
     pub entry: String,
     /// Why it is this arm.
     pub reason: String,
+    /// Whether a joint of its model gives the opening of its gripper.
+    pub has_gripper: bool,
     /// Whether a file that is not in the log is needed: then the entry is a comment.
     pub is_incomplete: bool,
     /// The sheet of its columns.
@@ -68,7 +70,8 @@ pub fn arms<'a>(
         if is_measured(side) || arms.iter().any(|arm| arm.side == side) {
             continue;
         }
-        let arm = if is_so101 { so101(side, &joints) } else { panda(side, &joints, grippers.get(&side)) };
+        let gripper = grippers.get(&side);
+        let arm = if is_so101 { so101(side, &joints, gripper) } else { panda(side, &joints, gripper) };
         if let Some(arm) = arm {
             arms.push(arm);
             taken.extend(places);
@@ -105,13 +108,14 @@ fn so101s(parts: &[Part]) -> Vec<Vec<usize>> {
     whole.map(|joints| joints.into_values().collect()).collect()
 }
 
-fn so101(side: Side, joints: &[&Part]) -> Option<Arm> {
+fn so101(side: Side, joints: &[&Part], gripper: Option<&Gripper>) -> Option<Arm> {
     let first = joints.first()?;
     let (head, tail, _) = so101_joint(&first.pattern)?;
     let most = |joints: &[&Part]| {
         joints.iter().flat_map(|part| &part.members).map(|it| it.min.abs().max(it.max.abs())).fold(0.0, f64::max)
     };
     let most = most(joints);
+    let has_gripper = gripper.is_some_and(|gripper| gripper.closed.starts_with(&format!("{head}gripper{tail}")));
     let mut entry = format!("model: so101, hand: {side}");
     if let Some(head) = head.strip_suffix("main_") {
         let column = |joint: &str, of: &str| format!("{joint}: {}", quoted(&format!("{head}main_{joint}{tail}{of}")));
@@ -125,7 +129,7 @@ fn so101(side: Side, joints: &[&Part]) -> Option<Arm> {
         ];
         entry.push_str(&format!(", joints: {{{}}}", joints.join(", ")));
         let reason = "by the names of the joints, which are those before LeRobot's new calibration".into();
-        return Some(Arm { side, entry, reason, is_incomplete: false, sheet: first.sheet.name.clone() });
+        return Some(Arm { side, entry, reason, has_gripper, is_incomplete: false, sheet: first.sheet.name.clone() });
     }
     if [head, tail] != LEROBOT {
         entry.push_str(&format!(", joints: {}", quoted(&format!("{head}<joint>{tail}"))));
@@ -142,7 +146,7 @@ fn so101(side: Side, joints: &[&Part]) -> Option<Arm> {
         entry.push_str(", norm: ticks, calibration: my_follower.json");
     }
     let reason = format!("by the names of the joints{scale}");
-    Some(Arm { side, entry, reason, is_incomplete: is_ticks, sheet: first.sheet.name.clone() })
+    Some(Arm { side, entry, reason, has_gripper, is_incomplete: is_ticks, sheet: first.sheet.name.clone() })
 }
 
 /// The text before and after the last number of a name, and the number.
@@ -203,7 +207,14 @@ fn panda(side: Side, joints: &[&Part], gripper: Option<&Gripper>) -> Option<Arm>
         columns.push_str(&format!(", panda_finger_joint1: {}", half(opening)));
     }
     let entry = format!("model: panda, hand: {side}, {columns}}}");
-    Some(Arm { side, entry, reason: reason.into(), is_incomplete: false, sheet: first.sheet.name.clone() })
+    Some(Arm {
+        side,
+        entry,
+        reason: reason.into(),
+        has_gripper: false,
+        is_incomplete: false,
+        sheet: first.sheet.name.clone(),
+    })
 }
 
 /// Half of an opening: the way of a finger.

@@ -178,13 +178,22 @@ fn is_output(part: &Part) -> bool {
 /// Whether it counts up to 255, as the grippers of Robotiq do: they are shut there.
 fn is_of_robotiq(part: &Part) -> bool {
     // A gripper that stops at an object may stay below the middle.
-    let least = if words::has(&part.words, &["robotiq"]) { 2.0 } else { 128.0 };
+    let is_named = words::has(&part.words, &["robotiq"]) || is_beside_ur(part);
+    let least = if is_named { 2.0 } else { 128.0 };
     let is_count = |column: &&ColumnReport| {
         column.max > least
             && column.max <= 255.0
             && column.samples.iter().all(|value| value.is_nan() || value.fract() == 0.0)
     };
     part.unit.is_empty() && part.members.iter().all(|column| column.min >= 0.0 && is_count(column))
+}
+
+/// Whether it is the `gripper_position` beside the columns that a controller of Universal Robots sends: the driver of a Robotiq counts so.
+pub fn is_beside_ur(part: &Part) -> bool {
+    let is_of_ur =
+        |column: &ColumnReport| ["actual_TCP_pose", "actual_q"].iter().any(|name| column.name.starts_with(name));
+    ["gripper", "position"].iter().all(|word| words::has(&part.words, &[word]))
+        && part.sheet.columns.iter().any(is_of_ur)
 }
 
 /// The arm of a gripper in an array of ALOHA: 7 joints of the left arm with the gripper last, then those of the right arm.

@@ -139,6 +139,8 @@ struct Survey<'a> {
     held_beside_m: BTreeMap<String, f64>,
     /// How long grippers approach objects without a position in the bound log, s.
     approach_s: Option<f64>,
+    /// How long grippers stay near the places where they open in such a log, s.
+    retreat_s: Option<f64>,
     /// How far grippers are open on objects and empty in the bound log.
     widths: BTreeMap<Side, Widths>,
     /// How far two grippers are apart at the nearest hand-over in the bound log, m.
@@ -226,6 +228,12 @@ impl<'a> Survey<'a> {
         let is_measured =
             |side: Side| hands.get(&side).is_some_and(|hand| hand.tool.is_some() || !hand.tips.is_empty());
         let (arms, mut rest) = arms::arms(rest, &grippers, is_measured);
+        // The geometry of a model is better than a usual stroke.
+        for arm in arms.iter().filter(|arm| arm.has_gripper && !arm.is_incomplete) {
+            if let Some(gripper) = grippers.get_mut(&arm.side) {
+                (gripper.opening, gripper.held_m) = (None, None);
+            }
+        }
         let is_angle = |part: &Part| {
             let turns = ["latch", "door", "hinge", "handle", "valve", "drawer", "lever", "knob"];
             ["rad", "deg"].contains(&part.unit.as_str()) && words::has(&part.words, &turns) && !part.is_constant()
@@ -255,6 +263,7 @@ impl<'a> Survey<'a> {
             rests: vec![],
             held_beside_m: BTreeMap::new(),
             approach_s: None,
+            retreat_s: None,
             widths: BTreeMap::new(),
             handed_over_m: None,
             flange_lengths_m: BTreeMap::new(),
@@ -284,6 +293,7 @@ impl<'a> Survey<'a> {
         self.rests = rests::rests(recording);
         self.held_beside_m = rests::held_beside_m(recording);
         self.approach_s = approaches::approach_s(recording).filter(|_| self.bodies.is_empty());
+        self.retreat_s = approaches::retreat_s(recording).filter(|_| self.bodies.is_empty());
         self.widths = empty_grippers::widths(recording);
         self.handed_over_m = hand_overs::distance_m(recording, &self.widths);
         self.flange_lengths_m = flanges::lengths_m(recording);

@@ -4,6 +4,9 @@ use super::empty_grippers::Widths;
 use super::rounded_yaml::plain;
 use super::{ProjectParams, Survey};
 
+/// The most params of a binding.
+const MOST: usize = 3;
+
 /// The line of the binding with its params; empty if there are none.
 pub fn params(survey: &Survey) -> String {
     let grippers = || survey.grippers.values();
@@ -33,6 +36,12 @@ pub fn params(survey: &Survey) -> String {
             format!("the tool is near the place of a grasp {time} before; the log has no position of the object");
         (value, format!("{reason}; `live` waits for this time"))
     });
+    let retreat_s = survey.retreat_s.filter(|_| survey.contacts.lines.is_empty());
+    let retreat = retreat_s.map(|retreat_s| {
+        let value = format!("retreat_time: {} s", (retreat_s * 10.0).round().clamp(1.0, 10.0) / 10.0);
+        let time = if retreat_s > 1.0 { "for 1 s or longer" } else { "for this time" };
+        (value, format!("the tool is near the place of a release {time} after it"))
+    });
     let turns_it = survey.hold_points.values().any(|hold| hold.turns_it);
     let again = turns_it.then(|| {
         let reason =
@@ -40,7 +49,7 @@ pub fn params(survey: &Survey) -> String {
         ("miss_again: 5 s".to_string(), reason.to_string())
     });
     let (values, reasons): (Vec<String>, Vec<String>) =
-        reach.into_iter().chain(shut).chain(approach).chain(again).unzip();
+        reach.into_iter().chain(shut).chain(approach).chain(again).chain(retreat).take(MOST).unzip();
     if values.is_empty() {
         return String::new();
     }

@@ -1,5 +1,6 @@
 //! The opening of a gripper whose log has counts, a percentage or a share of it: by the stroke of a known gripper, else by a usual one.
 
+use super::grippers::is_beside_ur;
 use super::parts::Part;
 use super::words;
 
@@ -13,6 +14,10 @@ const USUAL: ([f64; 2], [&str; 2]) = ([80.0, 100.0], ["a usual one", "another on
 /// A gripper that would be less open while it holds something has another scale, mm: at 2 mm the rules take it for empty. The second number is for a log that
 /// does not show that the gripper holds something there.
 const LEAST_MM: [f64; 2] = [4.0, 12.0];
+
+/// The whole of a percentage, and the most counts.
+const PERCENT: f64 = 100.0;
+const COUNTS: f64 = 255.0;
 
 /// How a column counts the opening.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,13 +47,15 @@ impl Scale {
             words::has(&part.words, &["rad", "deg", "angle", "joint", "ticks", "qpos", "output", "outputs", "finger"]);
         let says_percent = words::has(&part.words, &["pct", "percent", "percentage"]);
         match () {
-            () if says_percent && column.unit.is_empty() && is_within(100.0) => {
-                Some(Self { most: 100.0, name: "percent" })
+            () if says_percent && column.unit.is_empty() && is_within(PERCENT) => {
+                Some(Self { most: PERCENT, name: "percent" })
             }
-            () if is_counted => Some(Self { most: 255.0, name: "counts up to 255" }),
+            () if is_counted => Some(Self { most: COUNTS, name: "counts up to 255" }),
             () if !part.unit.is_empty() || is_other => None,
             () if is_within(1.0) && column.max > 0.5 => Some(Self { most: 1.0, name: "a share, by its range," }),
-            () if is_within(100.0) && column.max > 20.0 => Some(Self { most: 100.0, name: "percent, by its range," }),
+            () if is_within(PERCENT) && column.max > 20.0 => {
+                Some(Self { most: PERCENT, name: "percent, by its range," })
+            }
             () => None,
         }
     }
@@ -56,7 +63,8 @@ impl Scale {
     /// The opening of a gripper that is closed at a value, and is 0 at the same end of the scale; `is_held` if an object moves with it there. `None` if that would
     /// be shut.
     pub fn stroke(self, part: &Part, closed: f64, is_low_closed: bool, is_held: bool) -> Option<Stroke> {
-        let known = STROKES.iter().find(|(known, ..)| words::has(&part.words, known));
+        let of_ur = || (self.most > PERCENT && is_beside_ur(part)).then(|| &STROKES[0]);
+        let known = STROKES.iter().find(|(known, ..)| words::has(&part.words, known)).or_else(of_ur);
         let ([stroke_mm, other_mm], [of, of_other]) = known.map_or(USUAL, |(_, strokes, of)| (*strokes, *of));
         let columns = |stroke_mm: f64| {
             let factor: f64 = format!("{:.3e}", stroke_mm / self.most).parse().unwrap_or_default();

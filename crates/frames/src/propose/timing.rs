@@ -1,5 +1,6 @@
 //! The stamps of a log, and whether it is resampled.
 
+use super::parts::Part;
 use super::yaml_scalar::scalar;
 use super::{Answers, Question, Survey};
 use crate::inspect::{Inspection, SheetReport};
@@ -113,8 +114,8 @@ fn slowest_pose(survey: &Survey) -> f64 {
 /// Lines that bring sheets of their own stamps, uneven or slow stamps to an even rate; `unit_s` is the unit of the stamps, s.
 fn resampling(used: &[&SheetReport], survey: &Survey, unit_s: f64) -> Vec<String> {
     let parts = survey.hands.values().flat_map(|hand| hand.tool.iter().chain(hand.tips.values()));
-    let missing = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).map(|part| part.missing());
-    let missing = missing.fold(0.0, f64::max);
+    let parts: Vec<&Part> = parts.chain(survey.bodies.iter().flat_map(|body| &body.positions)).collect();
+    let missing = parts.iter().map(|part| part.missing()).fold(0.0, f64::max);
     let stamped: Vec<&&SheetReport> =
         used.iter().filter(|sheet| sheet.rate_hz > 0.0 && sheet.duration_s > 0.0).collect();
     let fastest = stamped.iter().map(|sheet| sheet.rate_hz / unit_s).fold(0.0, f64::max);
@@ -141,7 +142,22 @@ fn resampling(used: &[&SheetReport], survey: &Survey, unit_s: f64) -> Vec<String
     let bridge = least.into_iter().fold(0.0, f64::max);
     if bridge > 0.1 {
         let bridge_ms = (bridge.min(2.0) * 10.0).ceil() * 100.0;
-        lines.push(format!("bridge: {bridge_ms} ms    # the longest gap that is filled"));
+        let gaps: Option<Vec<f64>> = parts.iter().map(|part| longest_gap_s(part)).collect();
+        let longest_gap = gaps.map_or_else(String::new, |gaps| {
+            let gap_ms = (gaps.into_iter().fold(longest / unit_s, f64::max) * unit_s * 1e3).round();
+            format!("; the longest one in this log is about {gap_ms} ms")
+        });
+        lines.push(format!("bridge: {bridge_ms} ms    # gaps up to this are filled{longest_gap}"));
     }
     lines
+}
+
+/// The longest time between two positions of a part, in the unit of the stamps; `None` where not all rows are known.
+fn longest_gap_s(part: &Part) -> Option<f64> {
+    let rows = part.sheet.rows;
+    // The origin is the position of a lost body, as for `missing`.
+    let is_known = |row: &usize| part.position(*row).is_some_and(|at| part.is_constant() || at != [0.0; 3]);
+    let known: Vec<usize> = (0..rows).filter(is_known).collect();
+    let steps = known.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or_default();
+    (part.rows() == rows).then(|| steps as f64 * part.sheet.duration_s / rows.saturating_sub(1).max(1) as f64)
 }

@@ -103,6 +103,16 @@ fn still(_: f64) -> f64 {
 }
 
 #[test]
+fn the_comment_of_bridge_states_the_longest_gap() {
+    // Rows 50 ms apart; one position is missing, and the log ends without one.
+    let height: fn(f64) -> f64 =
+        |passed| if (0.499..0.504).contains(&passed) || passed > 0.9 { f64::NAN } else { lift(passed) };
+    let found = binding(&[("tcp_x", along), ("tcp_y", still), ("tcp_z", height)]);
+    let wanted = "bridge: 1000 ms    # gaps up to this are filled; the longest one in this log is about 101 ms";
+    assert!(found.contains(wanted), "{found}");
+}
+
+#[test]
 fn torques_are_not_positions() {
     let columns: [Column; 12] = [
         ("tcp_x", along),

@@ -85,6 +85,7 @@ fn arm(parts: &[Part], side: Side, places: &[usize], gripper: &str, why: &str) -
         side,
         entry: format!("model: vx300s, hand: {side}, {base}, joints: {{{}}}", columns.join(", ")),
         reason: format!("{why}; it stands where it does in the simulated ALOHA, measure yours"),
+        has_gripper: form.is_some(),
         is_incomplete: false,
         sheet: sheet.name.clone(),
     })

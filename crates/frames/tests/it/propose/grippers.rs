@@ -138,6 +138,69 @@ fn the_way_to_a_grasp_shows_how_long_the_gripper_approaches() {
     assert_eq!(time(&found), None, "{found}");
 }
 
+/// The tool rests at the place of the opening until 0.85 of a log of 10 s, which begins at 0.8, and leaves it by 200 mm in 1 s.
+#[test]
+fn the_way_from_a_release_shows_how_long_the_gripper_is_near() {
+    let with = |height: fn(f64) -> f64| {
+        let columns: [Column; 4] = [
+            ("tcp_x", still),
+            ("tcp_y", still),
+            ("tcp_z", height),
+            ("gripper_width", |passed| if (0.35..0.8).contains(&passed) { 0.03 } else { 0.08 }),
+        ];
+        let found = placed(&columns).binding;
+        let line = found.lines().find(|line| line.starts_with("params: ")).unwrap_or(&found).to_string();
+        line.split_once("retreat_time: ").and_then(|(_, time)| time.split(' ').next()?.parse::<f64>().ok())
+    };
+    let leaves: fn(f64) -> f64 = |passed| carried_height(passed) + 0.2 * ((passed - 0.85) / 0.1).clamp(0.0, 1.0);
+    assert!(with(leaves).is_some_and(|time_s| (0.7..0.9).contains(&time_s)), "{:?}", with(leaves));
+    assert_eq!(with(carried_height), None);
+}
+
+/// From 200 mm down to the grasp, and 100 mm up.
+fn carried_height(passed: f64) -> f64 {
+    0.2 * ((0.3 - passed) / 0.1).clamp(0.0, 1.0) + 0.1 * ((passed - 0.4) / 0.1).clamp(0.0, 1.0)
+}
+
+/// The joints of an SO-101 with its gripper; without one of them, no model gives the opening.
+#[test]
+fn the_opening_of_a_gripper_with_a_model_is_not_guessed() {
+    let joint: fn(f64) -> f64 = |passed| 40.0 * (6.0 * passed).sin();
+    let gripper: fn(f64) -> f64 = |passed| if lift(passed) > 0.1 { 27.4 } else { 90.0 };
+    let of = |names: &[&str]| {
+        let names: Vec<String> = names.iter().map(|name| format!("observation.state.{name}.pos")).collect();
+        let mut columns: Vec<Column> = names.iter().map(|name| (name.as_str(), joint)).collect();
+        columns.push(("observation.state.gripper.pos", gripper));
+        binding(&columns)
+    };
+    let joints = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll"];
+    let found = of(&joints);
+    assert!(found.contains("model: so101"), "{found}");
+    assert_eq!(channel(&found, "right.gripper.opening"), None, "{found}");
+    assert!(channel(&found, "right.gripper.closed").is_some(), "{found}");
+    let found = of(&joints[1..]);
+    assert!(!found.contains("model: so101"), "{found}");
+    assert!(channel(&found, "right.gripper.opening").is_some(), "{found}");
+}
+
+/// A gripper at 96 of 255 on an object of 50 mm, which a percentage may be too.
+#[test]
+fn whole_gripper_positions_beside_columns_of_ur_are_counts() {
+    let of = |beside: &str, gripper: fn(f64) -> f64| {
+        let names: Vec<String> = (0..3).map(|axis| format!("{beside}_{axis}")).collect();
+        let ways: [fn(f64) -> f64; 3] = [along, still, lift];
+        let mut columns: Vec<Column> = names.iter().map(String::as_str).zip(ways).collect();
+        columns.push(("gripper_position", gripper));
+        let found = binding(&columns);
+        channel(&found, "right.gripper.opening").unwrap_or(&found).to_string()
+    };
+    let whole: fn(f64) -> f64 = |passed| if lift(passed) > 0.1 { 96.0 } else { 3.0 };
+    assert_eq!(of("actual_TCP_pose", whole), "gripper_position * -0.3333 + 85 [mm]");
+    assert_ne!(of("tcp_pose", whole), "gripper_position * -0.3333 + 85 [mm]");
+    let part: fn(f64) -> f64 = |passed| if lift(passed) > 0.1 { 95.5 } else { 3.0 };
+    assert_ne!(of("actual_TCP_pose", part), "gripper_position * -0.3333 + 85 [mm]");
+}
+
 /// 30 mm while the object is carried, else 80 mm.
 fn held_width(passed: f64) -> f64 {
     if lift(passed) > 0.1 { 0.03 } else { 0.08 }

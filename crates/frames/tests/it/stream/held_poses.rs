@@ -74,18 +74,28 @@ fn reported(log: &Recording) -> Vec<(String, String)> {
     issues.iter().filter(|it| it.kind == "held_pose").map(|it| (it.channel.clone(), rows(&it.message))).collect()
 }
 
+/// The rates that the issues name.
+fn stated_rates_hz(log: &Recording) -> Vec<f64> {
+    let issues = frames(log, &[ask("target.position")]).unwrap().issues;
+    let rate = |message: &str| message.split(" Hz").next()?.rsplit(' ').next()?.parse().ok();
+    issues.iter().filter(|it| it.kind == "held_pose").map(|it| rate(&it.message).unwrap()).collect()
+}
+
 #[test]
 fn poses_that_are_held_are_interpolated() {
     let both = |rows: &str| ["cube.position", "cube.rotation"].map(|channel| (channel.to_string(), rows.to_string()));
     // A camera of 13 Hz is held for 4 or 5 rows, one of 40 Hz for 1 or 2.
-    let measured: [(&dyn Fn(usize) -> bool, &str); 3] = [
-        (&|row| row % 4 == 0, "4"),
-        (&|row| row * 13 / 60 != (row - 1) * 13 / 60, "5"),
-        (&|row| row * 40 / 60 != (row - 1) * 40 / 60, "2"),
+    let measured: [(&dyn Fn(usize) -> bool, &str, f64); 3] = [
+        (&|row| row % 4 == 0, "4", 15.0),
+        (&|row| row * 13 / 60 != (row - 1) * 13 / 60, "5", 13.0),
+        (&|row| row * 40 / 60 != (row - 1) * 40 / 60, "2", 40.0),
     ];
-    for (measured, rows) in measured {
+    for (measured, rows, rate_hz) in measured {
         let log = held(measured);
         assert_eq!(reported(&log), both(rows));
+        for stated_hz in stated_rates_hz(&log) {
+            assert!((stated_hz - rate_hz).abs() <= 1.0, "{stated_hz} {rate_hz}");
+        }
         let found = frames(&log, &[ask("target.position"), ask("target.velocity"), ask("target.rotation")]).unwrap();
         let (x, z) = (column(&found, "target.position", 0, 0), column(&found, "target.rotation", 0, 3));
         for (row, t) in log.time.iter().enumerate() {
