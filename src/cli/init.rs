@@ -255,8 +255,12 @@ fn keys(places: Option<&Places>, params: Option<&ProjectParams>, analysis: Optio
 /// Formats the guesses, and the quantities that were not found.
 fn guesses(proposal: &Proposal) -> String {
     let mut text = String::from("guessed\n");
-    let is_timing = |line: &&str| ["time:", "rate:", "resample:"].iter().any(|key| line.starts_with(key));
-    for line in proposal.binding.lines().filter(is_timing) {
+    let is_shown = |line: &&str| {
+        // Arms stand below `robots`.
+        ["time:", "rate:", "resample:", "params:", "robots:", "  "].iter().any(|key| line.starts_with(key))
+    };
+    let before = proposal.binding.lines().take_while(|line| !line.starts_with("channels:"));
+    for line in before.filter(is_shown) {
         let _ = writeln!(text, "  {line}");
     }
     let channels = proposal.binding.lines().skip_while(|line| *line != "channels:").skip(1);
