@@ -112,6 +112,9 @@ pub struct Outcome {
 /// The most reasons of the sentence, and the most that it names in addition.
 const MOST: usize = 3;
 
+/// An object that stays farther from the fingertips is moved by something else, m.
+const FAR_M: f64 = 0.2;
+
 /// How the reason of an unseen failure begins.
 const CANNOT_SHOW: &str = "the log cannot show ";
 
@@ -229,6 +232,10 @@ fn no_task(untouched: &[UntouchedMotion]) -> OutcomeReason {
     let motion = untouched.iter().map(|UntouchedMotion { object, way_m, span_s: [start_s, end_s], distance_m }| {
         let way = format!("; {object} moved {:.0} mm at {start_s:.3} – {end_s:.3} s, but no hand touched it", way_m * 1e3);
         match distance_m {
+            // No size of the parts explains a motion far from the hands.
+            Some(least) if *least > FAR_M => {
+                format!("{way}: its surface in the scene stays {:.0} mm or more from the fingertips", least * 1e3)
+            }
             Some(least) if *least > 0.0 => format!(
                 "{way}: its surface in the scene stays {:.0} mm or more from the fingertips; write its `parts` in their true size",
                 least * 1e3

@@ -175,6 +175,14 @@ fn an_outcome_without_tasks_names_what_moved_untouched() {
     // So does the same log with a hand that is farther away.
     let two_hands = explained(&pushed(60, true), "hand_vision.rules", &[]).outcome().sentence();
     assert!(two_hands.ends_with(advice), "{two_hands}");
+    // No size explains what moves far from the hand.
+    let mut far = pushed(60, false);
+    for finger in ["thumb", "index"] {
+        let column = far.columns.get_mut(&format!("right.{finger}.position.y")).unwrap();
+        column.values.iter_mut().for_each(|y| *y += 0.7);
+    }
+    let far = explained(&far, "hand_vision.rules", &[]).outcome().sentence();
+    assert!(far.contains("crate moved 250 mm") && far.ends_with("mm or more from the fingertips"), "{far}");
     // With the true size it is a push.
     let true_size = explained(&pushed(200, false), "hand_vision.rules", &[]);
     assert_eq!(true_size.outcome().result, OutcomeKind::Success, "{}", true_size.outcome().sentence());
