@@ -266,8 +266,7 @@ fn untouched(frames: &Frames, hands: &[HandColumns]) -> Vec<UntouchedMotion> {
             for part in together(stretch) {
                 let read = |key: ColumnKey| hand.series.part(key, part.clone());
                 let (targets, places) = (read(hand.target), hand.position.map(read));
-                let touches: Vec<(Cow<[f64]>, Cow<[f64]>)> =
-                    hands.iter().map(|other| (read(other.target), read(other.touched))).collect();
+                let touches: Vec<_> = hands.iter().map(|other| (read(other.target), read(other.touched))).collect();
                 for (at, target) in targets.iter().enumerate() {
                     let is_touched = touches.iter().any(|(targets, touched)| {
                         targets.get(at) == Some(target) && touched.get(at).is_some_and(|flag| *flag > 0.5)

@@ -4,7 +4,7 @@ use super::bodies::Body;
 use super::hands::side_of;
 use super::holds::{Holds, Levels};
 use super::parts::{Part, Quantity};
-use super::strokes::Scale;
+use super::strokes::{Scale, is_beside_ur};
 use super::{low_closings, words};
 use crate::inspect::{ColumnReport, ValueKind};
 use std::collections::BTreeMap;
@@ -186,14 +186,6 @@ fn is_of_robotiq(part: &Part) -> bool {
             && column.samples.iter().all(|value| value.is_nan() || value.fract() == 0.0)
     };
     part.unit.is_empty() && part.members.iter().all(|column| column.min >= 0.0 && is_count(column))
-}
-
-/// Whether it is the `gripper_position` beside the columns that a controller of Universal Robots sends: the driver of a Robotiq counts so.
-pub fn is_beside_ur(part: &Part) -> bool {
-    let is_of_ur =
-        |column: &ColumnReport| ["actual_TCP_pose", "actual_q"].iter().any(|name| column.name.starts_with(name));
-    ["gripper", "position"].iter().all(|word| words::has(&part.words, &[word]))
-        && part.sheet.columns.iter().any(is_of_ur)
 }
 
 /// The arm of a gripper in an array of ALOHA: 7 joints of the left arm with the gripper last, then those of the right arm.

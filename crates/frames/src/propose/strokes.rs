@@ -1,8 +1,8 @@
 //! The opening of a gripper whose log has counts, a percentage or a share of it: by the stroke of a known gripper, else by a usual one.
 
-use super::grippers::is_beside_ur;
 use super::parts::Part;
 use super::words;
+use crate::inspect::ColumnReport;
 
 /// Grippers by words in names, with their strokes and another one, mm, and what both are.
 const STROKES: [(&[&str], [f64; 2], [&str; 2]); 2] = [
@@ -84,4 +84,12 @@ impl Scale {
             closed_m: share * stroke_mm * 1e-3,
         })
     }
+}
+
+/// Whether it is the `gripper_position` beside the columns that a controller of Universal Robots sends: the driver of a Robotiq counts so.
+pub fn is_beside_ur(part: &Part) -> bool {
+    let is_of_ur =
+        |column: &ColumnReport| ["actual_TCP_pose", "actual_q"].iter().any(|name| column.name.starts_with(name));
+    ["gripper", "position"].iter().all(|word| words::has(&part.words, &[word]))
+        && part.sheet.columns.iter().any(is_of_ur)
 }

@@ -85,7 +85,8 @@ fn stated_rates_hz(log: &Recording) -> Vec<f64> {
 fn poses_that_are_held_are_interpolated() {
     let both = |rows: &str| ["cube.position", "cube.rotation"].map(|channel| (channel.to_string(), rows.to_string()));
     // A camera of 13 Hz is held for 4 or 5 rows, one of 40 Hz for 1 or 2.
-    let measured: [(&dyn Fn(usize) -> bool, &str, f64); 3] = [
+    type Measured<'a> = &'a dyn Fn(usize) -> bool;
+    let measured: [(Measured, &str, f64); 3] = [
         (&|row| row % 4 == 0, "4", 15.0),
         (&|row| row * 13 / 60 != (row - 1) * 13 / 60, "5", 13.0),
         (&|row| row * 40 / 60 != (row - 1) * 40 / 60, "2", 40.0),
