@@ -304,7 +304,7 @@ fn untouched(frames: &Frames, hands: &[HandColumns]) -> Vec<UntouchedMotion> {
     farthest.and_then(described).into_iter().collect()
 }
 
-/// Keeps a motion that is no jump and goes farther than the one before.
+/// Keeps a motion if it is not a jump and goes farther than the one before.
 fn keep(farthest: &mut Option<Motion>, motion: Option<Motion>, least_frames: usize) {
     let least_m = farthest.as_ref().map_or(LEAST_WAY_M, |farthest| farthest.farthest_m);
     let lasts = |motion: &Motion| motion.frames.as_ref().is_some_and(|frames| frames.len() > least_frames);

@@ -7,8 +7,9 @@ pub type Positions = [Option<Vector3<f64>>];
 
 /// A motion for at most this time is an accident, s.
 pub const LEAST_S: f64 = 0.3;
-/// A point that moves by more than this in a window is moved, m; an object that does so with a hand, by more than the second, is carried.
+/// A point that moves by more than this in a window is moved, m.
 pub const MOVED_M: f64 = 0.004;
+/// An object that moves with a hand by more than this in a window is carried, m.
 pub const CARRIED_M: f64 = 0.01;
 /// The duration of a window, s.
 pub const WINDOW_S: f64 = 0.2;

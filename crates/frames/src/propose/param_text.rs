@@ -24,7 +24,7 @@ pub fn params(survey: &Survey) -> String {
         let value = format!("shut: {} mm", (shut_m * 1e4).round() / 10.0);
         (
             value,
-            "a narrower gripper is empty: it rests so at the beginning of the log, and at most at its end again"
+            "a narrower gripper is empty: it rests at this width only at the beginning and the end of the log"
                 .to_string(),
         )
     });

@@ -101,7 +101,7 @@ fn the_distance_of_two_grippers_at_a_hand_over_is_a_param_of_the_project() {
     let apart: fn(f64) -> f64 = |passed| along(passed) + 0.09 + (0.45 - passed).max(0.0) + (passed - 0.65).max(0.0);
     let wanted = [("meet_near", "110 mm"), ("meet_far", "130 mm")].map(|(name, value)| (name.into(), value.into()));
     assert_eq!(of(passed, apart), wanted);
-    // A nearer hand-over shows that the farther one is none.
+    // A nearer hand-over shows that nothing is handed over at the farther meeting.
     let twice: fn(f64) -> f64 =
         |passed| if (0.2..0.6).contains(&passed) || (0.8..0.95).contains(&passed) { GRIPPED } else { OPEN };
     assert_eq!(of(twice, |passed| along(passed) + if passed < 0.7 { 0.02 } else { 0.09 }), []);

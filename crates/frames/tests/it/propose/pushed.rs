@@ -73,7 +73,7 @@ fn a_box_that_moves_without_a_fingertip_needs_a_size() {
     assert!(found.contains(remark), "{found}");
     let found = box_of([way, |_| 0.1, |_| 0.06, way, |_| 0.12, |_| 0.06, way, |_| 0.2, |_| 0.06]);
     assert!(!found.contains(remark), "{found}");
-    // What rises is held by fingers that move with it.
+    // What rises is lifted, so a hand holds it, whatever its size.
     let found = box_of([way, |_| 0.1, |passed| 0.06 + way(passed), far, |_| 0.1, |_| 0.06, far, |_| 0.2, |_| 0.06]);
     assert!(!found.contains(remark), "{found}");
 }
