@@ -1,7 +1,7 @@
 //! The planner of one hand: its start, and its plans of each group of tasks from the current pose.
 
 use super::plan::pace::insertions;
-use super::plan::{Plan, Target};
+use super::plan::{FingerPostures, Plan, Target};
 use super::schedule::{HandPlans, at_task, first_to_touch, found, groups};
 use super::start::Start;
 use crate::kinematics::surroundings::{SUNK_M, Surroundings};
@@ -45,6 +45,8 @@ pub(crate) struct HandPlanner {
     scene: Arc<Scene>,
     /// Its first task, and the start time within the plan of that task, s, until that plan is made.
     fresh: Option<(usize, f64)>,
+    /// Its fingers at the end of its last plan.
+    fingers: FingerPostures,
 }
 
 impl HandPlanner {
@@ -105,7 +107,14 @@ impl HandPlanner {
         let demonstrated_radius = tip_radius(scene, side);
         let number = tasks.iter().position(|task| task.track == side).ok_or_else(lacks)?;
         let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
-        let planner = Self { side, hand, demonstrated_radius, scene: Arc::new(scene.clone()), fresh: None };
+        let planner = Self {
+            side,
+            hand,
+            demonstrated_radius,
+            scene: Arc::new(scene.clone()),
+            fresh: None,
+            fingers: FingerPostures::new(),
+        };
         let plan = planner.plan(tasks, group, number, limb, None, place)?;
         Ok((planner, number, plan))
     }
@@ -135,7 +144,8 @@ impl HandPlanner {
             if made.plans.is_empty() {
                 made.begins_s = from_s;
             }
-            palm = Some(plan.at(plan.duration()).palm);
+            let last = plan.at(plan.duration());
+            (palm, self.fingers) = (Some(last.palm), last.fingers(&self.hand));
             made.plans.push((number, plan));
         }
         Ok(made)
@@ -212,6 +222,7 @@ impl HandPlanner {
         let insertions = insertions(tasks, group, number, &self.scene);
         let plan = Plan::new(&tasks[number], limb, &self.hand, found, insertions, palm, self.demonstrated_radius);
         let mut plan = plan.map_err(|message| at_task(tasks, number, message))?;
+        plan.before.clone_from(&self.fingers);
         if self.scene.up() != Vector3::zeros() {
             let others = self.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
             let others = others.filter_map(|(name, body)| Some((body, place(name)?)));

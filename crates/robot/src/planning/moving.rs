@@ -8,14 +8,11 @@ use crate::model::robot::Robot;
 use nalgebra::Isometry3;
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
-use teachtree_base::easing::minimum_jerk;
 use teachtree_base::error::InputError;
 use teachtree_base::hands::Side;
 use teachtree_base::scene::Scene;
 use teachtree_command::Task;
 
-/// Time in which fingers change to the shape of another grasp, s.
-const RESHAPING_S: f64 = 0.8;
 /// Iterations of the arm's inverse kinematics from one point to the next.
 const ITERATIONS: usize = 20;
 /// Largest residual of a palm pose that counts as reached, m and rad.
@@ -28,11 +25,8 @@ pub(super) struct Moving {
     /// Its robot, and the pose of its root: a hand without an arm moves freely.
     pub(super) limb: Robot,
     pub(super) root: Isometry3<f64>,
-    /// Values of all degrees of freedom, now and at the start of the current task.
+    /// The current values of all degrees of freedom.
     pub(super) q: Vec<f64>,
-    before: Vec<f64>,
-    /// The current task, and its start time.
-    pub(super) doing: Option<(usize, f64)>,
     /// The last target of the palm.
     pub(super) palm: Isometry3<f64>,
 }
@@ -84,7 +78,7 @@ impl Moving {
         let (planner, starts, target) = HandPlanner::begin(side, limb, tasks, scene, place)?;
         let begun = starts.into_iter().map(|Start { q, root, .. }| {
             let (planner, limb) = (planner.clone(), limb.clone());
-            Self { planner, limb, root, before: q.clone(), q, doing: None, palm: target.palm }
+            Self { planner, limb, root, q, palm: target.palm }
         });
         Ok(begun.collect())
     }
@@ -100,22 +94,14 @@ impl Moving {
     ) -> Option<Self> {
         let (planner, start, target) = HandPlanner::begin_near(side, limb, tasks, scene, place, arm)?;
         let Start { q, root, .. } = start;
-        Some(Self { planner, limb: limb.clone(), root, before: q.clone(), q, doing: None, palm: target.palm })
+        Some(Self { planner, limb: limb.clone(), root, q, palm: target.palm })
     }
 
-    /// Advances to a time of a plan; `at_s` is the time since the start of the group, s.
+    /// Advances to a time of a plan, s.
     ///
     /// # Errors
     /// A target that the arm does not reach; the hand is then as near to it as the arm comes.
-    pub(super) fn advance(
-        &mut self,
-        (task, plan, own_s): (usize, &Plan<'_>, f64),
-        at_s: f64,
-    ) -> Result<(), MissedPose> {
-        if self.doing.is_none_or(|(doing, _)| doing != task) {
-            self.before.clone_from(&self.q);
-            self.doing = Some((task, at_s));
-        }
+    pub(super) fn advance(&mut self, plan: &Plan<'_>, own_s: f64) -> Result<(), MissedPose> {
         let target = plan.at(own_s);
         let mut missing = PoseError { m: 0.0, rad: 0.0 };
         self.palm = target.palm;
@@ -126,12 +112,9 @@ impl Moving {
             let root = &self.root;
             missing = hand.arm_on(&self.limb.tree).inverse_kinematics(root, &target.palm, &mut self.q, ITERATIONS);
         }
-        let since = at_s - self.doing.map_or(at_s, |(_, since)| since);
-        let shaped = minimum_jerk(since / RESHAPING_S);
         for finger in &hand.fingers {
-            let angles = target.angles(finger);
-            for (dof, angle) in finger.dofs.iter().zip(angles) {
-                self.q[*dof] = self.before[*dof] + (angle - self.before[*dof]) * shaped;
+            for (dof, angle) in finger.dofs.iter().zip(target.angles(finger)) {
+                self.q[*dof] = angle;
             }
         }
         if missing.m > MISSED.m || missing.rad > MISSED.rad {

@@ -8,19 +8,19 @@ mod forces;
 mod lift;
 pub(super) mod pace;
 pub(super) mod segments;
+mod target;
 
 pub use self::forces::PlannedForce;
+pub(super) use self::target::FingerPostures;
+pub use self::target::Target;
 
 use self::segments::{
     SHORTEST_S, arch, ends_s, fade_time, falls, gone, is_brought, is_carried_later, is_near, precedence_s,
     transfer_time,
 };
 use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, vector_at, way_of};
-use super::resolved_grasp::{ResolvedGrasp, resting};
+use super::resolved_grasp::ResolvedGrasp;
 use super::time_scale::Part;
-use crate::kinematics::arm_distance::PlacedShape;
-use crate::kinematics::finger::FingerModel;
-use crate::kinematics::joint_positions::JointPositions;
 use crate::model::hand::HandModel;
 use crate::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
@@ -54,52 +54,11 @@ const SAMPLE_S: f64 = 0.02;
 /// Largest step of the palm from one phase to the next without a path between them, m and rad.
 const JUMP: (f64, f64) = (0.003, 0.05);
 
+/// Time in which fingers change to the shape of the next task's grasp, s.
+const RESHAPING_S: f64 = 0.8;
+
 /// Maximum duration of a task, s.
 const LONGEST_S: f64 = 600.0;
-
-/// The target at one instant; reference frame.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Target {
-    /// The palm.
-    pub palm: Isometry3<f64>,
-    /// The participating fingertips: finger, center, force on the object.
-    pub tips: Vec<(Finger, Point3<f64>, Vector3<f64>)>,
-    /// The joint positions of the idle fingers.
-    pub idle: Vec<(Finger, JointPositions)>,
-    /// The pose of the object.
-    pub object: Isometry3<f64>,
-    /// Whether the object can move freely to its target: it hangs in the hand, or is pushed with no body beside it.
-    pub free: bool,
-    /// Whether fingers push the object without a thumb.
-    pub pushed: bool,
-}
-
-impl Target {
-    /// Moves the target by a share of a displacement.
-    pub fn blend_toward(&mut self, off: &Isometry3<f64>, share: f64) {
-        let part = share_of(off, share);
-        self.palm = part * self.palm;
-        self.object = part * self.object;
-        for (_, tip, force) in &mut self.tips {
-            (*tip, *force) = (part * *tip, part * *force);
-        }
-    }
-
-    /// Returns the shapes of a hand at the target, reference frame.
-    pub(super) fn shapes(&self, hand: &HandModel) -> Vec<PlacedShape> {
-        let solids = hand.solids(|finger| self.angles(finger));
-        solids.iter().map(|shape| PlacedShape::new(0, shape.moved(&self.palm))).collect()
-    }
-
-    /// Returns the angles of a finger, with its tip at the target, or idle.
-    pub fn angles(&self, finger: &FingerModel) -> JointPositions {
-        if let Some((_, tip, _)) = self.tips.iter().find(|(which, ..)| *which == finger.finger) {
-            return finger.ik(self.palm.inverse_transform_point(tip)).angles;
-        }
-        let idle = self.idle.iter().find(|(which, _)| *which == finger.finger);
-        idle.map_or_else(|| resting(&finger.ranges), |(_, angles)| *angles)
-    }
-}
 
 /// The displacement of an object from its demonstrated pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,6 +79,8 @@ pub struct Plan<'a> {
     grips: Vec<ResolvedGrasp>,
     from: Isometry3<f64>,
     transfer: f64,
+    /// The fingers at the beginning of the path to the task; empty if they begin as in its first grasp.
+    pub(super) before: FingerPostures,
     /// Displacement of the middle of the path to the task, reference frame, m.
     lifted: Vector3<f64>,
     /// Intervals (s of the recording) in which another hand inserts something into the object.
@@ -196,6 +157,7 @@ impl<'a> Plan<'a> {
             grips,
             from: Isometry3::identity(),
             transfer: 0.0,
+            before: FingerPostures::new(),
             lifted: Vector3::zeros(),
             insertions,
         };
@@ -467,9 +429,22 @@ impl<'a> Plan<'a> {
             Translation3::from(place + self.lifted * arch(share)),
             slerp(&self.from.rotation, &first.palm.rotation, share),
         );
-        let back = palm * first.palm.inverse();
-        let tips = first.tips.iter().map(|(finger, tip, force)| (*finger, back * tip, *force)).collect();
-        Target { palm, tips, idle: first.idle, object: first.object, free: false, pushed: false }
+        // In the middle of the path, where it is lifted, the fingers have room to change to the next grasp.
+        let takes_s = RESHAPING_S.min(self.transfer);
+        let shaped = minimum_jerk((time - (self.transfer - takes_s) / 2.0) / takes_s);
+        let before = |finger: Finger| self.before.iter().find(|(which, ..)| *which == finger);
+        let tips = first.tips.iter().map(|(finger, tip, force)| {
+            let to = first.palm.inverse_transform_point(tip);
+            let from = before(*finger).map_or(to, |(.., tip)| *tip);
+            (*finger, palm * (from + (to - from) * shaped), *force)
+        });
+        let idle = first.idle.iter().map(|(finger, to)| {
+            let mut angles = before(*finger).map_or(*to, |(_, angles, _)| *angles);
+            angles.iter_mut().zip(to).for_each(|(angle, to)| *angle += (to - *angle) * shaped);
+            (*finger, angles)
+        });
+        let (tips, idle) = (tips.collect(), idle.collect());
+        Target { palm, tips, idle, object: first.object, free: false, pushed: false }
     }
 
     /// Returns the commanded target at a time after the beginning of the commands.

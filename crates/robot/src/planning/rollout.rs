@@ -244,7 +244,7 @@ impl Rollout {
             while own_s(steps.len()) <= duration {
                 let own_s = own_s(steps.len());
                 let before = hand.q.clone();
-                hand.advance((*number, &*plan, own_s), done_s + own_s)
+                hand.advance(plan, own_s)
                     .or_else(|missed| followed.accept(missed))
                     .map_err(|missed| missed.to_string())?;
                 too_fast.push(planner.too_fast(&hand.limb, &before, &hand.q, STEP_S));
@@ -290,7 +290,7 @@ impl Rollout {
             all.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (time, wanted) in all {
                 let own_s = (time.max(made.begins_s) - done_s).min(plan.duration());
-                hand.advance((*number, plan, own_s), done_s + own_s).or_else(|missed| followed.accept(missed)).ok()?;
+                hand.advance(plan, own_s).or_else(|missed| followed.accept(missed)).ok()?;
                 if let Some(at) = wanted {
                     stands[at] = Some(Occupied::of_limb(&hand, plan, own_s, &object));
                 }

@@ -233,13 +233,12 @@ fn way(hands: &mut [Moving], schedule: &Schedule<'_>) -> Result<Vec<Vec<f64>>, (
     for point in 0..=points {
         let since = point as f64 / RATE_HZ;
         for (place, hand) in hands.iter_mut().enumerate() {
-            if let Some(now) = schedule.at(place, begins_s + since) {
-                hand.advance(now, since).map_err(|missed| (now.0, format!("{missed}, after {since:.2} s")))?;
+            if let Some((number, plan, own_s)) = schedule.at(place, begins_s + since) {
+                hand.advance(plan, own_s).map_err(|missed| (number, format!("{missed}, after {since:.2} s")))?;
             }
         }
         way.push(hands.iter().flat_map(|hand| hand.q.iter().copied()).collect());
     }
-    hands.iter_mut().for_each(|hand| hand.doing = None);
     Ok(way)
 }
 

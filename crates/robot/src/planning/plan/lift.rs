@@ -7,6 +7,7 @@ use crate::kinematics::arm_ik::Arm;
 use crate::kinematics::surroundings::Surroundings;
 use crate::model::hand::HandModel;
 use nalgebra::{Isometry3, Vector3};
+use teachtree_description::shape::CollisionShape;
 
 /// A path that was not demonstrated is checked in `PARTS` parts, and lifted in multiples of `LIFT_M`, m, at most `LIFTS` times.
 const PARTS: usize = 24;
@@ -32,18 +33,19 @@ impl Plan<'_> {
                 Some(index) => (self.transfer + self.phases[index].start, self.phases[index].duration),
                 None => (0.0, self.transfer),
             };
-            // The fingers hardly move on such a path.
-            let middle = self.at(from_s + takes_s / 2.0);
-            let solids = hand.solids(|finger| middle.angles(finger));
-            let palms = |plan: &Self| -> Vec<Isometry3<f64>> {
-                let times = (1..PARTS).map(|at| from_s + takes_s * at as f64 / PARTS as f64);
-                times.map(|time| plan.at(time).palm).collect()
+            let times: Vec<f64> = (1..PARTS).map(|at| from_s + takes_s * at as f64 / PARTS as f64).collect();
+            let shapes = |time: &f64| {
+                let target = self.at(*time);
+                hand.solids(|finger| target.angles(finger))
             };
+            let hands: Vec<Vec<CollisionShape>> = times.iter().map(shapes).collect();
+            let palms = |plan: &Self| -> Vec<Isometry3<f64>> { times.iter().map(|time| plan.at(*time).palm).collect() };
             let met = |palms: &[Isometry3<f64>]| {
-                let placed = |palm: &Isometry3<f64>| -> Vec<PlacedShape> {
-                    solids.iter().map(|solid| PlacedShape::new(hand.palm, solid.moved(palm))).collect()
+                let meets = |(palm, hand_shapes): &(&Isometry3<f64>, &Vec<CollisionShape>)| {
+                    let placed = hand_shapes.iter().map(|solid| PlacedShape::new(hand.palm, solid.moved(palm)));
+                    surroundings.meet_any(&placed.collect::<Vec<PlacedShape>>())
                 };
-                palms.iter().filter(|palm| surroundings.meet_any(&placed(palm))).count()
+                palms.iter().zip(&hands).filter(meets).count()
             };
             let straight = met(&palms(self));
             let (mut least, mut height) = (straight.div_ceil(2), 0.0);

@@ -99,6 +99,12 @@ fn a_retreat_out_of_reach_does_not_prevent_that_hands_are_kept_apart() {
     let conflicts = teachtree_robot::map(&mut commands, &robot, &scene).unwrap();
     assert!(conflicts.unreachable.is_empty(), "{conflicts:?}");
     assert!(conflicts.crossings.is_empty(), "arms that are not kept apart cross by 0.11 m: {conflicts:?}");
+
+    // The left hand changes its fingers on the way from the first push to the next one, away from the wall beside the box.
+    let done = simulate(&commands, &robot, &scene, &mut |_| {}).unwrap();
+    for outcome in &done.outcomes {
+        assert!(outcome.done && outcome.collision_m < 0.004, "{outcome:?}");
+    }
 }
 
 /// This person nudges the cube by 22 mm on the way to it. The robot's hands reach the cube where it is, without a nudge and not through it.
