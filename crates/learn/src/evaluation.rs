@@ -42,13 +42,13 @@ pub(crate) struct Evaluator<'a> {
 }
 
 /// A model that was evaluated.
-pub(crate) struct Evaluated<'m> {
+pub(crate) struct EvaluatedModel<'m> {
     version: &'m ModelBits,
     cases: Vec<Case<'m>>,
     evaluation: &'m Evaluation,
 }
 
-impl<'m> Evaluated<'m> {
+impl<'m> EvaluatedModel<'m> {
     pub fn new(version: &'m ModelBits, evaluation: &'m Evaluation) -> Self {
         Self { version, cases: version.cases(), evaluation }
     }
@@ -76,7 +76,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The same for a version of a model that is known; `None` where it will not be worth `least`, as far as [`MOST_GAIN`] is true.
-    pub fn evaluate_version(&self, version: &ModelBits, known: &Evaluated, least: f64) -> Option<Evaluation> {
+    pub fn evaluate_version(&self, version: &ModelBits, known: &EvaluatedModel, least: f64) -> Option<Evaluation> {
         let mut evaluation = self.without_cases(version);
         let cases = version.cases();
         let as_it_is = Difference::new((known.version, &known.cases[0]), (version, &cases[0]));

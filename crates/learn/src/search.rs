@@ -2,7 +2,7 @@
 //! adds to be read, and must not be worse for a third of the groups.
 
 use super::bank::Bank;
-use super::evaluation::{Evaluated, Evaluation, Evaluator};
+use super::evaluation::{EvaluatedModel, Evaluation, Evaluator};
 use super::guards::{MOST_ATOMS, Window, Windows, suiting, windows};
 use super::model::{Model, Rule};
 use super::model_bits::ModelBits;
@@ -97,7 +97,7 @@ impl<'a> Search<'a> {
 
     /// Takes the best of some candidates if it brings at least `gain`.
     fn take_best(&mut self, candidates: Vec<ModelBits>, gain: f64) -> bool {
-        let known = Evaluated::new(&self.now, &self.evaluation);
+        let known = EvaluatedModel::new(&self.now, &self.evaluation);
         let mut best: Option<(Evaluation, ModelBits)> = None;
         for candidate in candidates {
             let key = (candidate.model().clone(), gain.to_bits());
@@ -294,7 +294,7 @@ impl<'a> Search<'a> {
             for place in 0..self.model().rules[rule].atoms.len() {
                 let atoms = self.model().rules[rule].atoms.clone();
                 let family = self.bank.atoms[atoms[place]].family;
-                let known = Evaluated::new(&self.now, &self.evaluation);
+                let known = EvaluatedModel::new(&self.now, &self.evaluation);
                 let is_as_good = |atom: usize| {
                     let mut changed = atoms.clone();
                     changed[place] = atom;

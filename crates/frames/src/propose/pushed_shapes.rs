@@ -42,7 +42,7 @@ pub struct PushedShape {
 type Path = Vec<Option<Vector3<f64>>>;
 
 /// An object of the log.
-struct Pushed {
+struct PushedObject {
     at: Path,
     ways: Path,
     turns: Vec<UnitQuaternion<f64>>,
@@ -55,7 +55,7 @@ pub fn pushed_shapes(recording: &Recording) -> BTreeMap<String, PushedShape> {
     let shape = |(name, at): (&str, Path)| {
         let turns = turns(recording, name, at.len());
         let turn = *turns.first().filter(|_| !is_lifted(&at))?;
-        let pushed = Pushed { ways: ways(&at, &windows), at, turns };
+        let pushed = PushedObject { ways: ways(&at, &windows), at, turns };
         let faces: Vec<Face> = hands.iter().flat_map(|tips| pushed.faces(tips, &recording.time, &windows)).collect();
         (!faces.is_empty()).then(|| (name.to_string(), PushedShape { turn, faces }))
     };
@@ -68,7 +68,7 @@ fn is_lifted(path: &Positions) -> bool {
     heights().next().is_some_and(|first| heights().any(|height| (height - first).abs() > LIFTED_M))
 }
 
-impl Pushed {
+impl PushedObject {
     /// A vector in the axes of the log, as the object is turned in the first row.
     fn to_first(&self, row: usize, vector: Vector3<f64>) -> Vector3<f64> {
         self.turns[0] * (self.turns[row].inverse() * vector)

@@ -13,6 +13,7 @@ mod sockets;
 mod supports;
 mod transforms;
 mod up;
+mod wrist_forces;
 
 use std::fs;
 use teachtree_frames::inspect::inspect;
