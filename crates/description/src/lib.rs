@@ -1,5 +1,6 @@
 //! Robot descriptions: trees of links and joints with their forward kinematics, and URDF, the format that describes them.
 
+mod box_gap;
 pub mod limits;
 pub mod mesh;
 pub mod polytope;

@@ -1,9 +1,10 @@
 //! The shapes of links: bars with round ends, boxes and convex pieces of meshes, their masses, and the gaps between them.
 //!
-//! Shapes are convex: the nearest points of two are found by going to and fro between them, each time to the nearest point of the other one (W. Cheney and
-//! A. A. Goldstein, *Proximity Maps for Convex Sets*, 1959). How far they are in each other is the least way out along an axis that may separate them
-//! (S. Gottschalk, M. C. Lin and D. Manocha, *OBBTree*, 1996).
+//! Shapes are convex. Gaps of boxes to bars and to boxes have a closed form. Otherwise alternating steps, each to the nearest point of the other shape, find the
+//! nearest points (W. Cheney and A. A. Goldstein, *Proximity Maps for Convex Sets*, 1959). The depth of a penetration is the shortest way out along an axis that may
+//! separate the shapes (S. Gottschalk, M. C. Lin and D. Manocha, *OBBTree*, 1996).
 
+use super::box_gap::{box_to_box, outside, segment_to_box};
 use super::polytope::Polytope;
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use std::sync::Arc;
@@ -14,9 +15,6 @@ use teachtree_base::scene::{Body, Part, Shape};
 const STEPS: usize = 200;
 /// A step that is shorter ends the search for a gap, m.
 pub const SHORT_M: f64 = 1e-6;
-
-/// Steps between boxes that hardly overlap get ever shorter, and may end this far apart, m: their axes decide then.
-const UNSURE_M: f64 = 0.01;
 
 /// A shape of a link.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +37,27 @@ impl CollisionShape {
         }
     }
 
+    /// Returns a bound of the displacement of any point since the same shape was placed as `before`, m; infinite if it is another kind of shape.
+    pub fn displacement(&self, before: &Self) -> f64 {
+        let of_frame = |at: &Isometry3<f64>, before: &Isometry3<f64>, reach: f64| {
+            // A turn by an angle moves a point by twice the sine of half the angle per unit of its distance, and quaternions differ by twice that of a fourth.
+            let [now, then] = [at.rotation.coords, before.rotation.coords];
+            (at.translation.vector - before.translation.vector).norm()
+                + 2.0 * (now - then).norm().min((now + then).norm()) * reach
+        };
+        match (self, before) {
+            (Self::Capsule(from, to, _), Self::Capsule(before_from, before_to, _)) => {
+                (from - before_from).norm().max((to - before_to).norm())
+            }
+            (Self::Box(at, half), Self::Box(before, _)) => of_frame(at, before, half.norm()),
+            (Self::Piece(at, polytope), Self::Piece(before, _)) => {
+                let (center, radius) = polytope.bounding_ball();
+                of_frame(at, before, center.coords.norm() + radius)
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Returns a box about the shape that is at least as large: the frame of its middle, and its half edges, m.
     pub fn bounding_box(&self) -> (Isometry3<f64>, Vector3<f64>) {
         match self {
@@ -57,7 +76,10 @@ impl CollisionShape {
 
     /// Returns the distance of a point, m; negative in round shapes by up to their radius, zero in boxes.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
-        (self.nearest(point) - point).norm() - self.radius()
+        match self {
+            Self::Box(at, half) => outside(&at.inverse_transform_point(point).coords, half).norm(),
+            _ => (self.nearest(point) - point).norm() - self.radius(),
+        }
     }
 
     /// Returns the gap to another shape, m; negative by the way out for shapes that are in each other. Of pieces of meshes only the
@@ -69,6 +91,22 @@ impl CollisionShape {
     /// The gap to another shape as [`CollisionShape::gap`] gives it, m; `None` where it is no less than `below`, m. Where that is above zero, a plane between them may
     /// show it early.
     pub fn gap_below(&self, other: &Self, below: f64) -> Option<f64> {
+        match (self, other) {
+            (Self::Capsule(from, to, radius), Self::Box(at, half))
+            | (Self::Box(at, half), Self::Capsule(from, to, radius)) => {
+                let begins = at.inverse_transform_point(from).coords;
+                let way = at.inverse_transform_vector(&(to - from));
+                segment_to_box(&begins, &way, half, below + radius).map(|gap| gap - radius)
+            }
+            (Self::Box(ours, half), Self::Box(theirs, other_half)) => {
+                box_to_box(half, &ours.inv_mul(theirs), other_half, below)
+            }
+            _ => self.gap_by_steps(other, below),
+        }
+    }
+
+    /// [`CollisionShape::gap_below`] by alternating steps.
+    fn gap_by_steps(&self, other: &Self, below: f64) -> Option<f64> {
         let round = self.radius() + other.radius();
         let bars = matches!((self, other), (Self::Capsule(..), Self::Capsule(..)));
         let mut at = self.start_point(other);
@@ -96,12 +134,12 @@ impl CollisionShape {
             }
         }
         let apart = (at - there).norm();
-        let has_piece = [self, other].iter().any(|shape| matches!(shape, Self::Piece(..)));
         // The cores of bars are lines, which are not in each other.
-        let may_overlap = !bars && (apart < SHORT_M || apart < UNSURE_M && !has_piece);
-        let penetration = if may_overlap { self.penetration(other) } else { 0.0 };
-        // Of pieces not every axis is tried, so that one on which they overlap proves nothing.
-        let apart = if penetration > 0.0 || apart < SHORT_M { -penetration.max(0.0) } else { apart };
+        let apart = match apart < SHORT_M {
+            true if bars => 0.0,
+            true => -self.penetration(other).max(0.0),
+            false => apart,
+        };
         Some(apart - round).filter(|gap| *gap < below)
     }
 
@@ -183,15 +221,8 @@ impl CollisionShape {
     }
 
     /// A point of the shape from which it is near to another one. Of bars it is the nearest to the other's line, so that nearly parallel ones, between which
-    /// each step is a short one, are there at once (C. Ericson, *Real-Time Collision Detection*, 5.1.9). Of a bar and a box it is the nearest point itself.
+    /// each step is a short one, are there at once (C. Ericson, *Real-Time Collision Detection*, 5.1.9).
     fn start_point(&self, other: &Self) -> Point3<f64> {
-        match (self, other) {
-            (Self::Capsule(from, to, _), Self::Box(at, half)) => return nearest_to_box([from, to], at, half),
-            (Self::Box(at, half), Self::Capsule(from, to, _)) => {
-                return self.nearest(&nearest_to_box([from, to], at, half));
-            }
-            _ => {}
-        }
         if let (Self::Capsule(from, to, _), Self::Capsule(from_of_other, to_of_other, _)) = (self, other) {
             let (ours, theirs, between) = (to - from, to_of_other - from_of_other, from - from_of_other);
             let (a, b, e) = (ours.norm_squared(), ours.dot(&theirs), theirs.norm_squared());
@@ -270,31 +301,6 @@ impl CollisionShape {
             }
         }
     }
-}
-
-/// Returns the point of a segment that is nearest to a box about a pose with these half edges, m. Half the squared distance is convex along the segment, and its
-/// slope is linear between the planes of the faces, so that at most six places narrow its root down to an interval in which it is linear.
-fn nearest_to_box([from, to]: [&Point3<f64>; 2], at: &Isometry3<f64>, half: &Vector3<f64>) -> Point3<f64> {
-    let (begins, way) = (at.inverse_transform_point(from).coords, at.inverse_transform_vector(&(to - from)));
-    let slope = |share: f64| {
-        let outside = (begins + way * share).zip_map(half, |value, half| value - value.clamp(-half, half));
-        way.dot(&outside)
-    };
-    let (mut low, mut high) = ((0.0, slope(0.0)), (1.0, slope(1.0)));
-    if low.1 >= 0.0 {
-        return *from;
-    }
-    if high.1 <= 0.0 {
-        return *to;
-    }
-    for (axis, face) in (0..3).flat_map(|axis| [(axis, -half[axis]), (axis, half[axis])]) {
-        let share = (face - begins[axis]) / way[axis];
-        if low.0 < share && share < high.0 {
-            let there = (share, slope(share));
-            if there.1 < 0.0 { low = there } else { high = there }
-        }
-    }
-    from + (to - from) * (low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1))
 }
 
 /// The shapes of a body, its frame. A cylinder counts as the box about it.

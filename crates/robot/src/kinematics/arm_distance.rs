@@ -36,6 +36,14 @@ impl FromIterator<PlacedShape> for PlacedShapes {
     }
 }
 
+impl PlacedShapes {
+    /// Returns a bound of the displacement of any point since the same shapes were placed as `before`, m.
+    pub(crate) fn displacement(&self, before: &Self) -> f64 {
+        let shapes = self.shapes.iter().zip(&before.shapes);
+        shapes.map(|(now, before)| now.shape.displacement(&before.shape)).fold(0.0, f64::max)
+    }
+}
+
 impl Deref for PlacedShapes {
     type Target = [PlacedShape];
 

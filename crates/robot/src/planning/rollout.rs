@@ -33,6 +33,9 @@ const BESIDE_M: f64 = 0.003;
 /// A search for the missing distance ends early only with this margin for rounding, m.
 const ROUNDING_M: f64 = 1e-9;
 
+/// Distance up to which limbs are examined for the motion until they are too near, m.
+const LOOK_M: f64 = 0.1;
+
 /// Additional weight of a millimeter of penetration over a millimeter of missing distance.
 const DEEPER: f64 = 4.0;
 
@@ -89,6 +92,27 @@ impl Occupied {
         if limbs > most { limbs } else { limbs.max(touched(self, other)).max(touched(other, self)) }
     }
 
+    /// Returns how far the nearest points of both limbs and their objects can move before [`Occupied::too_near`] is above zero, m, at most [`LOOK_M`]; negative where it
+    /// is above zero.
+    fn room(&self, other: &Self) -> f64 {
+        let gap = |ours: &PlacedShapes, theirs: &PlacedShapes, room: f64| {
+            arm_distance(ours, theirs, room + LOOK_M).map_or(LOOK_M, |found| found.gap - room)
+        };
+        let touched = |one: &Self, other: &Self| {
+            if one.shares && other.shares { LOOK_M } else { gap(&one.limb, &other.object, BESIDE_M) }
+        };
+        gap(&self.limb, &other.limb, ROOM_M).min(touched(self, other)).min(touched(other, self))
+    }
+
+    /// Returns a bound of the displacement of any point of limb and object since `before`, m; infinite if they are others.
+    fn displacement(&self, before: &Self) -> f64 {
+        if self.shares == before.shares && self.object.len() == before.object.len() {
+            self.limb.displacement(&before.limb).max(self.object.displacement(&before.object))
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// Whether this limb and its object leave room for a hand on a path that is displaced by `by`, m.
     pub(super) fn leaves_room(&self, hand: &[PlacedShape], by: &Vector3<f64>) -> bool {
         let moved: Vec<PlacedShape> = hand.iter().map(|shape| shape.shifted(by)).collect();
@@ -130,6 +154,8 @@ pub(super) struct Rollout {
     planned_s: Vec<f64>,
     begins_s: f64,
     steps: Arc<[Occupied]>,
+    /// For each step, a bound of the displacement since the step before, m.
+    displacements: Arc<[f64]>,
     /// The number of steps at which the hand or its arm penetrates a fixed body.
     pub(super) meets: usize,
 }
@@ -261,7 +287,9 @@ impl Rollout {
         } else {
             let fixed = Surroundings::sunk(scene, SUNK_M);
             let meets = steps.iter().filter(|step| fixed.meet_any(step.limb.iter())).count();
-            Ok(Self { arm, planner, parts, planned_s, begins_s, steps, meets })
+            let displaced = steps.windows(2).map(|steps| steps[1].displacement(&steps[0]));
+            let displacements = std::iter::once(0.0).chain(displaced).collect();
+            Ok(Self { arm, planner, parts, planned_s, begins_s, steps, displacements, meets })
         }
     }
 
@@ -334,6 +362,13 @@ impl Rollout {
         &self.steps[step.min(self.steps.len() - 1)]
     }
 
+    /// Returns a bound of the displacement of any point between two steps, m.
+    fn displacement(&self, from: usize, to: usize) -> f64 {
+        let last = self.steps.len() - 1;
+        let [from, to] = [from.min(to), from.max(to)].map(|step| step.min(last));
+        self.displacements[from + 1..=to].iter().sum()
+    }
+
     /// Returns the time of its plans at a step, s.
     pub(super) fn own_s(&self, step: usize) -> f64 {
         self.begins_s + step as f64 * STEP_S
@@ -382,12 +417,21 @@ impl Rollout {
 
     fn near_below(&self, other: &Self, below: f64) -> Option<Vec<Near>> {
         let (mut near, mut sum) = (Vec::new(), 0.0);
+        // The steps of the last comparison, and how far points can move from there before anything is too near, m.
+        let (mut last, mut room) = ([0, 0], 0.0);
         for steps in self.together(other) {
             if sum >= below {
                 return None;
             }
+            room -= self.displacement(last[0], steps[0]) + other.displacement(last[1], steps[1]) + ROUNDING_M;
+            last = steps;
+            if room > 0.0 {
+                continue;
+            }
             let by = self.at(steps[0]).too_near(other.at(steps[1]), below - sum);
-            if by > 0.0 {
+            if by == 0.0 {
+                room = self.at(steps[0]).room(other.at(steps[1]));
+            } else {
                 near.push(Near { steps, by });
                 sum += by;
             }

@@ -1,6 +1,9 @@
 //! Gaps between shapes of links, and bounds of shapes.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use parry3d::math::{Pose, Vector as Vec3};
+use parry3d::query;
+use parry3d::shape::SharedShape;
 use proptest::prelude::*;
 use teachtree_robot::CollisionShape;
 
@@ -22,6 +25,18 @@ fn shape() -> impl Strategy<Value = CollisionShape> {
     ]
 }
 
+/// The same shape of parry, and its pose.
+fn in_parry(shape: &CollisionShape) -> (SharedShape, Pose) {
+    match shape {
+        CollisionShape::Capsule(from, to, radius) => {
+            let [from, to] = [from, to].map(|end| Vec3::new(end.x, end.y, end.z));
+            (SharedShape::capsule(from, to, *radius), Isometry3::identity().into())
+        }
+        CollisionShape::Box(at, half) => (SharedShape::cuboid(half.x, half.y, half.z), (*at).into()),
+        CollisionShape::Piece(..) => unreachable!("only bars and boxes are generated"),
+    }
+}
+
 proptest! {
     /// An early end of the search for a gap does not change its result, and bars about shapes are no farther apart than the shapes.
     #[test]
@@ -32,6 +47,31 @@ proptest! {
         }
         let bars = one.bounding_bar().gap(&other.bounding_bar());
         prop_assert!(bars <= gap.max(0.0) + 1e-9, "{bars} m between bars, {gap} m between shapes");
+    }
+
+    /// Shapes that are apart have the distance that parry computes for its own shapes.
+    #[test]
+    fn gaps_are_those_of_parry(one in shape(), other in shape()) {
+        let [(ours, at), (theirs, there)] = [&one, &other].map(in_parry);
+        let distance = query::distance(&at, &*ours, &there, &*theirs).expect("supported shapes").distance;
+        let gap = one.gap(&other);
+        prop_assert!((gap.max(0.0) - distance).abs() < 1e-5, "{gap} m, {distance} m by parry");
+    }
+
+    /// No point of a shape moves farther than the bound of its displacement.
+    #[test]
+    fn displacements_are_bounded(one in shape(), moves in prop::array::uniform3(-0.05_f64..0.05), turn in prop::array::uniform3(-1.0_f64..1.0)) {
+        let motion = Isometry3::from_parts(Translation3::from(Vector3::from(moves)), UnitQuaternion::from_scaled_axis(turn.into()));
+        let (at, half) = one.bounding_box();
+        let bound = one.moved(&motion).displacement(&one);
+        // Corners of a box, and ends of a bar.
+        let reach = if matches!(one, CollisionShape::Box(..)) { half } else { Vector3::new(0.0, 0.0, half.z - half.x) };
+        for corner in 0..8_u8 {
+            let sign = |axis: u8| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+            let point = at * Point3::from(Vector3::new(sign(0), sign(1), sign(2)).component_mul(&reach));
+            let moved = (motion * point - point).norm();
+            prop_assert!(moved <= bound + 1e-9, "{moved} m, at most {bound} m");
+        }
     }
 
     /// Bars in one plane that do not cross have the gap of their nearest ends: here 8 mm between the lines, less both radii.
