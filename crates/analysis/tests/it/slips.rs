@@ -20,7 +20,7 @@ struct Tracker {
 }
 
 /// White noise with a normal distribution of the standard deviation 1, by sample and axis.
-fn noise(sample: f64, axis: f64) -> f64 {
+pub fn noise(sample: f64, axis: f64) -> f64 {
     let even = |salt: f64| ((sample * 12.9898 + (axis + salt) * 78.233).sin() * 43758.5453).rem_euclid(1.0);
     (-2.0 * (1.0 - even(0.0)).ln()).sqrt() * (TAU * even(5.0)).cos()
 }
@@ -95,5 +95,52 @@ fn a_late_camera_does_not_make_a_slip() {
             let slips = starts(&carried(tracker, 0.015), "Slip");
             assert!(slips.len() == 1 && (slips[0] - 20.0 - late_s).abs() < 0.35, "{tracker:?}: {slips:?}");
         }
+    }
+}
+
+/// A gripper moves at 0.3 m/s and brakes within 0.25 s. A box slides down in it by 12 mm from 5 s to 5.6 s, or its camera is late and scatters.
+#[test]
+fn a_slip_goes_on_while_the_hand_brakes() {
+    const SCENE: &str = "
+bodies:
+  box: {role: object, parts: [{box: [50 mm, 50 mm, 50 mm]}]}
+  table: {role: support, position: [0 m, 0 m, -10 mm], parts: [{box: [3 m, 3 m, 20 mm]}]}
+hands: {right: {fingers: [thumb, palm]}}
+";
+    let slips = |brakes_s: f64, way_m: f64, late_s: f64, deviation_m: f64| {
+        let x = |t: f64| {
+            let braked = (t - brakes_s).clamp(0.0, 0.25);
+            0.3 * ((t.min(brakes_s) - 3.75).max(0.0) + braked - braked * braked / 0.5)
+        };
+        let z = |t: f64| 0.03 + along(t, &[(2.6, 0.0), (3.4, 0.2), (7.5, 0.2), (8.5, 0.0)]);
+        let slid = |t: f64| way_m * ((t - 5.0) / 0.6).clamp(0.0, 1.0);
+        let scatter = |t: f64, axis: f64| deviation_m * noise((t * 100.0).round(), axis);
+        let box_x = |t: f64| x(t - late_s) + scatter(t, 1.0);
+        let box_z = |t: f64| (z(t - late_s) - slid(t)).max(0.03) - 0.005 + scatter(t, 3.0);
+        let signals: [Signal; 11] = [
+            ("right.thumb.position.x", &x),
+            ("right.thumb.position.y", &|_| 0.0),
+            ("right.thumb.position.z", &z),
+            ("right.palm.rotation.w", &|_| 1.0),
+            ("right.palm.rotation.x", &|_| 0.0),
+            ("right.palm.rotation.y", &|_| 0.0),
+            ("right.palm.rotation.z", &|_| 0.0),
+            ("right.gripper.closed", &|t| f64::from(u8::from((2.0..9.0).contains(&t)))),
+            ("box.position.x", &box_x),
+            ("box.position.y", &|t| scatter(t, 2.0)),
+            ("box.position.z", &box_z),
+        ];
+        let found = segments(&log(SCENE, 10, &signals), &["failures.rules"], "hand_gripper.rules");
+        let slips = found.into_iter().filter(|segment| segment.primitive == "Slip");
+        slips.map(|slip| [slip.start_s, slip.end_s]).collect::<Vec<[f64; 2]>>()
+    };
+    let without_brake = slips(7.0, 0.012, 0.0, 0.0);
+    assert!(matches!(without_brake[..], [[_, end_s]] if (end_s - 5.6).abs() < 0.25), "{without_brake:?}");
+    for brakes_s in [5.1, 5.3, 5.5] {
+        assert_eq!(slips(brakes_s, 0.012, 0.0, 0.0), without_brake, "{brakes_s}");
+    }
+    // Neither a late camera nor its noise makes a slip, nor do both.
+    for deviation_m in [0.0, 0.5e-3, 2e-3] {
+        assert_eq!(slips(5.3, 0.0, 0.1, deviation_m), [] as [[f64; 2]; 0], "{deviation_m}");
     }
 }
