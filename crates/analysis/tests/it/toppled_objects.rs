@@ -36,6 +36,8 @@ enum Motion {
     Lowered(f64),
     /// A camera corrects its pose.
     Jumps,
+    /// It tilts over an edge, ever faster, and falls.
+    Tilts(f64),
 }
 
 /// A fall of a box of 50 mm.
@@ -80,6 +82,13 @@ fn found(hand: Hand, fall: Fall) -> Analysis {
         let fallen_m = match motion {
             Motion::Falls => 4.9 * time_s.powi(2),
             Motion::Lowered(speed) => speed * time_s,
+            // From 0.02 rad; at 1 rad it leaves the edge.
+            Motion::Tilts(tau_s) => {
+                let leaves_s = tau_s * 50.0_f64.ln();
+                let angle = 0.02 * (time_s.min(leaves_s) / tau_s).exp_m1();
+                let free_s = (time_s - leaves_s).max(0.0);
+                0.025 * (1.4 * (1.0 - angle.cos()) + 0.6 * angle.sin()) + free_s * (0.0175 / tau_s + 4.9 * free_s)
+            }
             Motion::Jumps if time_s > 0.0 => way_m,
             Motion::Jumps => 0.0,
         };
@@ -148,6 +157,21 @@ fn an_object_that_topples_off_its_support_is_a_failure() {
             assert_eq!(analysis.outcome().result, OutcomeKind::Failure, "{context}");
             // It did not fall out of the hand, and `drop_way` is not its param.
             assert_eq!(analysis.falls, [], "{context}");
+        }
+    }
+}
+
+/// It stands on a known support until the hand lets it go.
+#[test]
+fn an_object_that_tilts_off_its_support_as_it_is_let_go_is_a_failure() {
+    for hand in [Hand::Gripper, Hand::Fingers] {
+        for (tau_s, way_m) in [(0.07, 0.06), (0.12, 0.06), (0.07, 0.15), (0.12, 0.15)] {
+            let fall = Fall { after_s: 0.0, way_m, stand: Stand::Shelf, motion: Motion::Tilts(tau_s) };
+            let analysis = found(hand, fall);
+            let track = analysis.track(TrackId::Hand(Side::Right)).unwrap();
+            let tasks: Vec<&str> = track.tasks.iter().map(|task| task.task.as_str()).collect();
+            assert_eq!(tasks, ["pick_and_place", "toppled"], "{hand:?} {fall:?}: {:?}", track.relabeled);
+            assert_eq!(analysis.outcome().result, OutcomeKind::Failure, "{hand:?} {fall:?}");
         }
     }
 }
