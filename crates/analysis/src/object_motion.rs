@@ -14,6 +14,8 @@ use teachtree_language::rules::Rules;
 const CLOSED: &str = "gripper.closed";
 /// The opening of a gripper, m; constant if it is not known.
 const OPENING: &str = "gripper.opening";
+/// The standard deviation of the noise of the target's position along each axis, m.
+const NOISE: &str = "target.noise";
 /// The distance of each fingertip from the target, m.
 const DISTANCE: &str = "fingers.distance";
 /// Where each finger is, m.
@@ -42,10 +44,15 @@ const LEAST_FALL_M: f64 = 0.01;
 const BEGUN_M: f64 = 2e-3;
 /// A shorter way of an object that no hand touched is not mentioned, m.
 const LEAST_WAY_M: f64 = 0.03;
-/// A shorter motion is not mentioned, s: a camera that corrects a pose makes a jump.
-const LEAST_S: f64 = 0.1;
-/// A step of an object that noise does not make, m.
+/// A shorter way that an object goes on is not mentioned, as a multiple of the noise of its position.
+const LEAST_NOISES: f64 = 8.0;
+/// Places within this time, s, are one.
+const PLACE_S: f64 = 0.1;
+/// A step of an object that noise does not make, m, and as a multiple of the noise of its position.
 const MOVED_M: f64 = 5e-3;
+const MOVED_NOISES: f64 = 2.0;
+/// A tracker that jumps makes a step that is this much longer than those before and after it.
+const JUMPS: f64 = 4.0;
 
 /// The fall of an object out of a hand, in a failed task with a Drop.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +86,7 @@ pub struct UntouchedMotion {
 
 /// Whether [`explain_by_motion`] reads a channel.
 pub fn reads_motion(channel: &str) -> bool {
-    [TARGET, POSITION, TARGET_TOUCHED, CLOSED, OPENING, DISTANCE, FINGERS].contains(&channel)
+    [TARGET, POSITION, TARGET_TOUCHED, NOISE, CLOSED, OPENING, DISTANCE, FINGERS].contains(&channel)
 }
 
 /// Adds to an analysis the falls of objects in its failed tasks. If no task has a name, adds the object that moved farthest while no hand touched it.
@@ -108,6 +115,7 @@ struct HandColumns<'a> {
     target: ColumnKey,
     touched: ColumnKey,
     position: [ColumnKey; 3],
+    noise: Option<ColumnKey>,
     closed: Option<ColumnKey>,
     opening: Option<ColumnKey>,
     /// For each finger.
@@ -133,6 +141,7 @@ impl<'a> HandColumns<'a> {
             target: column(TARGET, 0, 0)?,
             touched: column(TARGET_TOUCHED, 0, 0)?,
             position: [axis(0)?, axis(1)?, axis(2)?],
+            noise: column(NOISE, 0, 0),
             closed: column(CLOSED, 0, 0),
             opening: column(OPENING, 0, 0),
             distances: (0..).map_while(|slot| column(DISTANCE, slot, 0)).collect(),
@@ -234,62 +243,136 @@ impl<'a> HandColumns<'a> {
     }
 }
 
+/// The places of a hand's target while no hand touches it.
+struct Places {
+    object: i64,
+    noise_m: f64,
+    /// The frames of a place.
+    together: usize,
+    /// The first frame.
+    start: usize,
+    samples: [Vec<f64>; 3],
+    /// Each is the median of its frames.
+    places: Vec<[f64; 3]>,
+}
+
+impl Places {
+    fn take(&mut self, place: [f64; 3]) {
+        self.samples.iter_mut().zip(place).for_each(|(samples, value)| samples.push(value));
+        if self.samples[0].len() == self.together {
+            self.places.push(self.samples.each_mut().map(|samples| {
+                let middle = *samples.select_nth_unstable_by(self.together / 2, f64::total_cmp).1;
+                samples.clear();
+                middle
+            }));
+        }
+    }
+
+    /// The steps between the places. Of three places the one in the middle counts, and what a tracker jumps does not.
+    fn steps(&self) -> Vec<[f64; 3]> {
+        let middle = |[a, b, c]: [f64; 3]| a.min(b).max(a.max(b).min(c));
+        let of_three = self.places.windows(3).filter_map(|three| <&[[f64; 3]; 3]>::try_from(three).ok());
+        let smooth: Vec<[f64; 3]> =
+            of_three.map(|[a, b, c]| [0, 1, 2].map(|axis| middle([a[axis], b[axis], c[axis]]))).collect();
+        let between = smooth.iter().zip(smooth.iter().skip(1));
+        let steps: Vec<[f64; 3]> = between.map(|(from, to)| [0, 1, 2].map(|axis| to[axis] - from[axis])).collect();
+        let length = |at: Option<usize>| at.and_then(|at| steps.get(at)).map_or(0.0, |step| norm(*step));
+        let jumps = |at: usize| {
+            let beside = length(at.checked_sub(1)).max(length(Some(at + 1)));
+            length(Some(at)) > self.moved_m() && length(Some(at)) > JUMPS * beside
+        };
+        (0..).zip(&steps).map(|(at, step)| if jumps(at) { [0.0; 3] } else { *step }).collect()
+    }
+
+    /// The least distance of two places between which the object moved, m.
+    fn moved_m(&self) -> f64 {
+        MOVED_M.max(MOVED_NOISES * self.noise_m)
+    }
+
+    /// The motion, if it is far enough to be mentioned.
+    fn motion(&self) -> Option<Motion> {
+        let (mut place, mut last) = ([0.0; 3], [0.0; 3]);
+        let (mut farthest_m, mut moved) = (0.0_f64, None::<Range<usize>>);
+        for (at, step) in self.steps().into_iter().enumerate() {
+            place = [0, 1, 2].map(|axis| place[axis] + step[axis]);
+            farthest_m = farthest_m.max(norm(place));
+            if norm([0, 1, 2].map(|axis| place[axis] - last[axis])) > self.moved_m() {
+                last = place;
+                // The first place is the one in the middle of three.
+                moved = Some(moved.map_or(at + 1, |moved| moved.start)..at + 3);
+            }
+        }
+        let frames =
+            |places: Range<usize>| self.start + places.start * self.together..self.start + places.end * self.together;
+        let least_m = LEAST_WAY_M.max(LEAST_NOISES * self.noise_m);
+        moved.filter(|_| farthest_m > least_m).map(|moved| Motion {
+            object: self.object,
+            farthest_m,
+            frames: frames(moved),
+        })
+    }
+}
+
 /// A motion of a hand's target while no hand touches it.
 struct Motion {
     object: i64,
-    from: [f64; 3],
-    /// Where it was when it last had moved.
-    last: [f64; 3],
     farthest_m: f64,
-    frames: Option<Range<usize>>,
+    frames: Range<usize>,
 }
 
-impl Motion {
-    fn take(&mut self, frame: usize, place: [f64; 3]) {
-        let way = |from: [f64; 3]| from.iter().zip(place).map(|(from, to)| (to - from).powi(2)).sum::<f64>().sqrt();
-        self.farthest_m = self.farthest_m.max(way(self.from));
-        if way(self.last) > MOVED_M {
-            self.last = place;
-            let start = self.frames.as_ref().map_or(frame, |frames| frames.start);
-            self.frames = Some(start..frame + 1);
-        }
-    }
+fn norm(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|value| value.powi(2)).sum::<f64>().sqrt()
 }
 
 /// The motion over the greatest distance of an object that no hand touched.
 fn untouched(frames: &Frames, hands: &[HandColumns]) -> Vec<UntouchedMotion> {
     let mut farthest: Option<Motion> = None;
-    let least_frames = (LEAST_S * frames.layout.rate_hz).max(1.0) as usize;
+    let mut keep = |places: Option<Places>| {
+        let motion = places.and_then(|places| places.motion());
+        let least_m = farthest.as_ref().map_or(0.0, |farthest| farthest.farthest_m);
+        if let Some(motion) = motion.filter(|motion| motion.farthest_m > least_m) {
+            farthest = Some(motion);
+        }
+    };
+    let together_rows = ((PLACE_S * frames.layout.rate_hz) as usize).max(1);
     for hand in hands {
         for stretch in &frames.stretches {
-            let mut motion: Option<Motion> = None;
+            let mut untouched: Option<Places> = None;
             for part in together(stretch) {
                 let read = |key: ColumnKey| hand.series.part(key, part.clone());
                 let (targets, places) = (read(hand.target), hand.position.map(read));
+                let noises = hand.noise.map(read);
                 let touches: Vec<_> = hands.iter().map(|other| (read(other.target), read(other.touched))).collect();
                 for (at, target) in targets.iter().enumerate() {
                     let is_touched = touches.iter().any(|(targets, touched)| {
                         targets.get(at) == Some(target) && touched.get(at).is_some_and(|flag| *flag > 0.5)
                     });
                     let object = *target as i64;
-                    let is_same = motion.as_ref().is_some_and(|motion| motion.object == object);
+                    let is_same = untouched.as_ref().is_some_and(|places| places.object == object);
                     let ends = object < 0 || is_touched;
                     if ends || !is_same {
-                        keep(&mut farthest, motion.take(), least_frames);
+                        keep(untouched.take());
                     }
                     if ends {
                         continue;
                     }
+                    let new = || Places {
+                        object,
+                        noise_m: noises.as_ref().and_then(|noises| noises.get(at).copied()).unwrap_or(0.0),
+                        together: together_rows,
+                        start: part.start + at,
+                        samples: Default::default(),
+                        places: Vec::new(),
+                    };
                     let place = places.each_ref().map(|axis| axis.get(at).copied().unwrap_or(f64::NAN));
-                    let new = || Motion { object, from: place, last: place, farthest_m: 0.0, frames: None };
-                    motion.get_or_insert_with(new).take(part.start + at, place);
+                    untouched.get_or_insert_with(new).take(place);
                 }
             }
-            keep(&mut farthest, motion.take(), least_frames);
+            keep(untouched.take());
         }
     }
     let described = |motion: Motion| {
-        let span = motion.frames?;
+        let span = motion.frames.clone();
         let start_s = *frames.time.get(span.start)?;
         // The distance of a hand that the rules do not measure may be the least.
         let distances = { hands.iter() }.filter(|hand| hand.has_target(motion.object, &span));
@@ -302,13 +385,4 @@ fn untouched(frames: &Frames, hands: &[HandColumns]) -> Vec<UntouchedMotion> {
         })
     };
     farthest.and_then(described).into_iter().collect()
-}
-
-/// Keeps a motion if it is not a jump and goes farther than the one before.
-fn keep(farthest: &mut Option<Motion>, motion: Option<Motion>, least_frames: usize) {
-    let least_m = farthest.as_ref().map_or(LEAST_WAY_M, |farthest| farthest.farthest_m);
-    let lasts = |motion: &Motion| motion.frames.as_ref().is_some_and(|frames| frames.len() > least_frames);
-    if let Some(motion) = motion.filter(|motion| motion.farthest_m > least_m && lasts(motion)) {
-        *farthest = Some(motion);
-    }
 }

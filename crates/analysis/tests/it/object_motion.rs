@@ -1,7 +1,8 @@
 //! What an outcome says about objects that fall, and about those that move untouched.
 
 use crate::one_gripper::{Signal, along, log};
-use teachtree_analysis::outcome::OutcomeKind;
+use crate::slips::noise;
+use teachtree_analysis::outcome::{OutcomeKind, ReasonKind};
 use teachtree_analysis::{Analysis, analyze, explain_by_motion};
 use teachtree_base::recording::Recording;
 use teachtree_engine::evaluator::evaluate;
@@ -187,4 +188,42 @@ fn an_outcome_without_tasks_names_what_moved_untouched() {
     let true_size = explained(&pushed(200, false), "hand_vision.rules", &[]);
     assert_eq!(true_size.outcome().result, OutcomeKind::Success, "{}", true_size.outcome().sentence());
     assert_eq!(true_size.untouched, []);
+}
+
+/// The noise of a tracker does not move an object, nor does a jump that it takes back. A hand closes far away.
+#[test]
+fn what_a_tracker_scatters_has_not_moved() {
+    const SCENE: &str = "
+bodies:
+  box: {role: object, parts: [{box: [50 mm, 50 mm, 50 mm]}]}
+  table: {role: support, position: [0 m, 0 m, -10 mm], parts: [{box: [3 m, 3 m, 20 mm]}]}
+hands: {right: {fingers: [thumb]}}
+";
+    let untouched = |deviation_m: f64, jump_m: f64, jump_s: f64, way_m: f64| {
+        let scatter = |t: f64, axis: f64| deviation_m * noise((t * 100.0).round(), axis);
+        let x = |t: f64| along(t, &[(0.0, -0.5), (2.0, -0.25), (3.0, -0.25), (6.0, -0.5)]);
+        let jumped = |t: f64| if (4.0..4.0 + jump_s).contains(&t) { jump_m } else { 0.0 };
+        let box_x = |t: f64| along(t, &[(4.0, 0.0), (5.0, way_m)]) + jumped(t) + scatter(t, 1.0);
+        let signals: [Signal; 8] = [
+            ("right.thumb.position.x", &x),
+            ("right.thumb.position.y", &|_| 0.0),
+            ("right.thumb.position.z", &|_| 0.05),
+            ("right.gripper.closed", &|t| f64::from(u8::from((2.1..3.0).contains(&t)))),
+            ("right.gripper.opening", &|t| along(t, &[(1.8, 0.08), (2.2, 0.05), (3.0, 0.05), (3.3, 0.08)])),
+            ("box.position.x", &box_x),
+            ("box.position.y", &|t| scatter(t, 2.0)),
+            ("box.position.z", &|t| 0.025 + scatter(t, 3.0)),
+        ];
+        explained(&log(SCENE, 8, &signals), "hand_gripper.rules", &[]).untouched
+    };
+    for deviation_m in [0.0, 2e-3, 8e-3] {
+        for (jump_m, jump_s) in [(0.0, 0.0), (0.05, 0.01), (0.05, 0.05), (0.05, 0.3), (0.2, 0.6)] {
+            let found = untouched(deviation_m, jump_m, jump_s, 0.0);
+            assert_eq!(found, [], "{deviation_m} {jump_m} {jump_s}");
+        }
+        let moved = untouched(deviation_m, 0.0, 0.0, 0.1);
+        let [motion] = &moved[..] else { panic!("{deviation_m}: {moved:?}") };
+        let [start_s, end_s] = motion.span_s;
+        assert!((motion.way_m - 0.1).abs() < 0.02 && start_s > 3.5 && end_s < 6.0, "{deviation_m}: {motion:?}");
+    }
 }
