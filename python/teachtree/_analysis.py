@@ -80,8 +80,8 @@ class OutcomeReason:
     """A reason of an outcome."""
 
     kind: str
-    """``succeeded``, ``mended``, ``failed``, ``cut_off``, ``missing``, ``not_measured``, ``no_task``, ``no_criterion``, ``unseen_failure``
-    or ``misread`` (docs/outcomes.md)."""
+    """``succeeded``, ``mended``, ``declared``, ``failed``, ``let_fall``, ``cut_off``, ``missing``, ``not_measured``, ``no_task``,
+    ``no_criterion``, ``unseen_failure`` or ``misread`` (docs/outcomes.md)."""
     track: str | None
     """The hand; ``None`` if the reason concerns the recording."""
     task: str | None

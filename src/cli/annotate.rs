@@ -142,9 +142,10 @@ impl Args {
         [&self.lerobot, &self.hdf5]
     }
 
-    /// Analyzes a recording, which is expected to contain what `--expect` names.
+    /// Analyzes a recording, which is expected to contain what `--expect` names. Fields that are to be replaced do not decide its outcome.
     fn analyzed(&self, log: &Log) -> Result<Analysis, Failure> {
-        self.expect.analyze(&self.analysis, log)
+        let analysis = self.expect.analyze(&self.analysis, log)?;
+        Ok(if self.replace { analysis.without_success_fields() } else { analysis })
     }
 
     /// Whether a recording is left out because it is a failure.

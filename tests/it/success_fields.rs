@@ -227,31 +227,34 @@ fn fields_of_a_file_are_kept_and_compared() {
         let rewards = |name: &str| file.dataset(&format!("data/{name}/rewards")).unwrap().read_f64().unwrap();
         (attributes(&file), [rewards("demo_1"), rewards("demo_3")])
     };
-    let both = [
-        "`success` contradicts the outcome of 1 recording: demo_1 (failure); it is ",
-        "`rewards` contradicts the outcome of 1 recording: demo_1 (failure); it is kept\n",
-    ];
+    // The outcome follows the fields that are kept.
     let kept = annotate_file(folder.path(), "kept.hdf5", &SLOW);
     assert!(kept.status.success(), "{}", all_said(&kept));
-    assert!(said(&kept).contains(&format!("{}kept, `--replace` replaces it\n", both[0])), "{}", said(&kept));
-    assert!(said(&kept).contains(both[1]), "{}", said(&kept));
-    // `analyze` and `audit` say so too.
+    assert!(said(&kept).contains("outcomes: 2 successes, 0 failures"), "{}", said(&kept));
+    assert!(!said(&kept).contains("contradicts"), "{}", said(&kept));
+    let analyzed = |more: &[&str]| {
+        let args = ["analyze", "lift.hdf5#demo_1", "--binding", "b.yaml", "--rules", "slow.rules", "--format", "json"];
+        said(&teachtree_in(folder.path(), &[&args[..], more].concat()))
+    };
+    let text = analyzed(&[]);
+    let outcome = serde_json::from_str::<Value>(&text).unwrap()["outcome"].clone();
+    assert_eq!((&outcome["result"], &outcome["reasons"][0]["kind"]), (&"success".into(), &"declared".into()));
+    let message = outcome["reasons"][0]["message"].as_str().unwrap();
+    assert!(message.ends_with(" failed, but `success` says that the recording succeeded"), "{message}");
+    assert!(!text.contains("contradicts"), "{text}");
+    // An expectation is of the user.
     let lines =
         ["`success`", "`rewards`"].map(|it| format!("{it} contradicts the outcome of this recording (failure)"));
-    for (command, format) in [("analyze", "json"), ("audit", "csv")] {
-        let found = |log: &str| {
-            let args = [command, log, "--binding", "b.yaml", "--rules", "slow.rules", "--format", format];
-            let text = said(&teachtree_in(folder.path(), &args));
-            lines.iter().map(|line| text.matches(line.as_str()).count()).collect::<Vec<_>>()
-        };
-        assert_eq!(found("lift.hdf5#demo_1"), [1, 1], "{command}");
-        assert_eq!(found("lift.hdf5#demo_3"), [0, 0], "{command}");
-    }
+    let text = analyzed(&["--expect", "lift x 5"]);
+    assert_eq!(lines.map(|line| text.matches(line.as_str()).count()), [1, 1], "{text}");
     let rewards = [sparse, dense];
     assert_eq!(fields("kept.hdf5"), ([Some(AttrValue::U8(1)), Some(AttrValue::I8(1))], rewards.clone()));
+    // What is to be replaced does not decide.
     let replaced = annotate_file(folder.path(), "replaced.hdf5", &[&SLOW[..], &["--replace"]].concat());
-    assert!(said(&replaced).contains(&format!("{}replaced\n", both[0])), "{}", said(&replaced));
-    assert!(said(&replaced).contains(both[1]), "{}", said(&replaced));
+    for (field, what) in [("success", "replaced"), ("rewards", "kept")] {
+        let line = format!("`{field}` contradicts the outcome of 1 recording: demo_1 (failure); it is {what}\n");
+        assert!(said(&replaced).contains(&line), "{}", said(&replaced));
+    }
     assert_eq!(fields("replaced.hdf5"), ([Some(AttrValue::I8(0)), Some(AttrValue::I8(1))], rewards));
 }
 
@@ -306,7 +309,7 @@ fn h5py_reads_success_fields() {
     };
     run(recorded);
     let done = annotate_file(folder.path(), "kept.hdf5", &SLOW);
-    assert!(said(&done).contains("`success` contradicts the outcome of 1 recording: demo_1"), "{}", all_said(&done));
+    assert!(said(&done).contains("outcomes: 2 successes, 0 failures"), "{}", all_said(&done));
     let read = "import h5py; data = h5py.File('kept.hdf5')['data']; print([repr(data[name].attrs['success']) for name in data])";
     assert_eq!(run(read).trim(), "['np.True_', 'np.int8(1)']");
 }

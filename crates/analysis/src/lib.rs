@@ -95,6 +95,8 @@ pub struct Analysis {
     pub has_failures: bool,
     /// The tasks that the recording should contain.
     pub expected: ExpectedTasks,
+    /// The fields of the log that say that the recording succeeded; empty if one of them says that it did not.
+    pub declared: Vec<String>,
     /// The tasks that the recording cannot show.
     pub unmeasured: Vec<UnmeasuredTask>,
     /// The falls of objects in failed tasks, from [`explain_by_motion`].

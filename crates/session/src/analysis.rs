@@ -254,6 +254,8 @@ pub trait AnalysisInternals: Sized {
     /// # Errors
     /// As [`Rules::analyze`].
     fn by_rules(&self, rules: &Rules) -> Result<Self, Error>;
+    /// The analysis as if the log had no fields that say whether it succeeded.
+    fn without_success_fields(self) -> Self;
     /// A log without rules: a track for each hand and for both, without segments.
     ///
     /// # Errors
@@ -282,6 +284,11 @@ impl AnalysisInternals for Analysis {
         let mut analysis = Self { found, meta, rules: rules.clone(), log: log.clone(), run };
         analysis.compare_success_fields()?;
         analysis.with_binding_expectation()
+    }
+
+    fn without_success_fields(mut self) -> Self {
+        success_fields::compare(&mut self.found, &[]);
+        self
     }
 
     fn without_rules(log: &Log) -> Result<Self, Error> {

@@ -4,16 +4,16 @@ use super::{Facts, Finding, FindingKind};
 use crate::outcome::{Outcome, OutcomeReason, ReasonKind};
 use std::collections::BTreeMap;
 
-/// The tasks that failed, and the expected tasks that are missing.
+/// The tasks that failed, those that let an object fall, intended or not, and the expected tasks that are missing.
 pub(super) fn findings(outcome: &Outcome) -> Vec<Finding> {
     let finding = |reason: &OutcomeReason| {
         let kind = match reason.kind {
-            ReasonKind::Failed => FindingKind::Failure,
+            ReasonKind::Failed | ReasonKind::LetFall => FindingKind::Failure,
             ReasonKind::Missing => FindingKind::LacksTask,
             _ => return None,
         };
-        let message = match (kind, reason.track, &reason.task) {
-            (FindingKind::Failure, Some(track), Some(task)) => {
+        let message = match (reason.kind, reason.track, &reason.task) {
+            (ReasonKind::Failed, Some(track), Some(task)) => {
                 format!("{track} {task}{}: no later attempt succeeded", reason.subject.suffix())
             }
             _ => reason.message.clone(),
@@ -25,7 +25,8 @@ pub(super) fn findings(outcome: &Outcome) -> Vec<Finding> {
 
 /// The names of the tasks that failed.
 pub(super) fn tasks(outcome: &Outcome) -> Vec<String> {
-    let failed = outcome.reasons.iter().filter(|reason| reason.kind == ReasonKind::Failed);
+    let is_failed = |reason: &&OutcomeReason| matches!(reason.kind, ReasonKind::Failed | ReasonKind::LetFall);
+    let failed = outcome.reasons.iter().filter(is_failed);
     failed.filter_map(|reason| reason.task.clone()).collect()
 }
 

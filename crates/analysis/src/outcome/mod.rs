@@ -2,7 +2,9 @@
 //!
 //! - A success contains a named task that is not a failure, and each failure was mended: a later task brought the same object to the same target.
 //! - A failure contains a failed task that was not mended, or lacks an expected task.
-//! - The outcome is unknown if the recording has no named task, if it or a gap of it cuts off a task that no later one completes, if the log lacks the quantities that detect a missing task, if its issues show that it is read
+//! - A recording that says that it succeeded is a success: its failed tasks did not spoil it, and a task that is cut off has reached its goal.
+//! - The outcome is unknown if its only failures are falls from jaws that were opened, which may be intended;
+//!   if the recording has no named task, if it or a gap of it cuts off a task that no later one completes, if the log lacks the quantities that detect a missing task, if its issues show that it is read
 //!   wrongly, or if neither the rules nor an expectation could show a failure.
 //!
 //! A task that is made of tasks counts instead of its parts.
@@ -59,8 +61,12 @@ pub enum ReasonKind {
     Succeeded,
     /// A task failed, and a later attempt succeeded.
     Mended,
+    /// A task failed or is cut off, and a field of the log says that the recording succeeded.
+    Declared,
     /// A task failed, and no later attempt succeeded.
     Failed,
+    /// The jaws let an object fall, which may be intended.
+    LetFall,
     /// The recording or a gap of it ends within a task, and no later attempt succeeded.
     CutOff,
     /// An expected task is missing.
@@ -125,8 +131,7 @@ impl Outcome {
         let names: Vec<&str> = names(found);
         let missing = found.expected.missing(&names);
         let is_as_expected = missing.is_empty();
-        let mut reasons: Vec<OutcomeReason> =
-            results.iter().map(|result| result.reason(&results, &found.falls)).collect();
+        let mut reasons: Vec<OutcomeReason> = results.iter().map(|result| result.reason(&results, found)).collect();
         reasons.extend(missing.into_iter().map(|missing| {
             let unmeasured = found.unmeasured.iter().find(|it| it.task == missing.name);
             let (kind, message) = match unmeasured {
@@ -138,6 +143,7 @@ impl Outcome {
             OutcomeReason::of_recording(kind, Some(missing.name), message)
         }));
         let has = |kind: ReasonKind| reasons.iter().any(|reason| reason.kind == kind);
+        let has_task = has(ReasonKind::Succeeded) || has(ReasonKind::Declared);
         let misread = misread::reasons(found, &results, !is_as_expected);
         let result = if !misread.is_empty() {
             OutcomeKind::Unknown
@@ -145,14 +151,14 @@ impl Outcome {
             OutcomeKind::Failure
         } else if has(ReasonKind::NotMeasured)
             || has(ReasonKind::CutOff)
-            || !has(ReasonKind::Succeeded)
+            || has(ReasonKind::LetFall)
+            || !has_task
             || !found.has_criterion()
         {
             OutcomeKind::Unknown
         } else {
             OutcomeKind::Success
         };
-        let has_task = has(ReasonKind::Succeeded);
         reasons.retain(|reason| reason.kind.supports(result));
         reasons.extend(misread);
         if result == OutcomeKind::Unknown && reasons.is_empty() {
@@ -194,7 +200,9 @@ impl ReasonKind {
         match self {
             Self::Succeeded => "succeeded",
             Self::Mended => "mended",
+            Self::Declared => "declared",
             Self::Failed => "failed",
+            Self::LetFall => "let_fall",
             Self::CutOff => "cut_off",
             Self::Missing => "missing",
             Self::NotMeasured => "not_measured",
@@ -208,10 +216,12 @@ impl ReasonKind {
     /// Whether it is a reason of this result.
     fn supports(self, result: OutcomeKind) -> bool {
         match self {
-            Self::Succeeded | Self::Mended | Self::UnseenFailure => result == OutcomeKind::Success,
+            Self::Succeeded | Self::Mended | Self::Declared | Self::UnseenFailure => result == OutcomeKind::Success,
             Self::Failed | Self::Missing => result == OutcomeKind::Failure,
             Self::NotMeasured => result != OutcomeKind::Success,
-            Self::NoTask | Self::NoCriterion | Self::Misread | Self::CutOff => result == OutcomeKind::Unknown,
+            Self::NoTask | Self::NoCriterion | Self::Misread | Self::CutOff | Self::LetFall => {
+                result == OutcomeKind::Unknown
+            }
         }
     }
 }
@@ -273,10 +283,13 @@ fn names(found: &Analysis) -> Vec<&str> {
     names.into_iter().map(|(_, name)| name).collect()
 }
 
-/// The row after the last task that is a success; `None` unless the outcome is a success.
+/// The row after the last task that is a success, or after the last task of a recording that only its fields call a success; `None` unless the outcome is a
+/// success.
 pub(super) fn success_end(found: &Analysis) -> Option<usize> {
-    let ends = results(found).into_iter().filter(|result| !result.failure).map(|result| result.end_row);
-    ends.max().filter(|_| Outcome::new(found).result == OutcomeKind::Success)
+    let results = results(found);
+    let succeeded = results.iter().filter(|result| !result.failure).map(|result| result.end_row).max();
+    let end = succeeded.or_else(|| results.iter().map(|result| result.end_row).max());
+    end.filter(|_| Outcome::new(found).result == OutcomeKind::Success)
 }
 
 /// A task, or a task that is made of tasks, as the outcome counts it.
@@ -349,23 +362,29 @@ fn of_track(track: &Track, frames: usize) -> Vec<TaskResult<'_>> {
 }
 
 impl TaskResult<'_> {
-    fn reason(&self, all: &[Self], falls: &[Fall]) -> OutcomeReason {
+    fn reason(&self, all: &[Self], found: &Analysis) -> OutcomeReason {
         let mends = |later: &Self| {
             !later.failure && later.span_s[0] >= self.span_s[1] && repeats(self.subject, later.subject, true)
         };
         let is_mended = self.is_part_of_success || all.iter().any(mends);
-        let (kind, end) = match (self.failure, is_mended) {
-            (false, false) if self.cut_off.is_some() => {
-                (ReasonKind::CutOff, format!(" is cut off by {}", self.cut_off.unwrap_or_default()))
+        let fall = found.falls.iter().find(|fall| fall.track == self.who && self.frames.contains(&fall.frame));
+        let object = self.subject.object.as_deref().unwrap_or("the object");
+        let fell = fall.map_or_else(String::new, |fall| fall_text(fall, object));
+        let declared = found.declared.first().map(|field| format!(", but `{field}` says that the recording succeeded"));
+        let (kind, end) = match (self.failure, is_mended, declared) {
+            (false, false, declared) if self.cut_off.is_some() => {
+                let kind = if declared.is_some() { ReasonKind::Declared } else { ReasonKind::CutOff };
+                let by = self.cut_off.unwrap_or_default();
+                (kind, format!(" is cut off by {by}{}", declared.unwrap_or_default()))
             }
-            (false, _) if self.attempt > 1 => (ReasonKind::Succeeded, format!(", attempt {}", self.attempt)),
-            (false, _) => (ReasonKind::Succeeded, String::new()),
-            (true, true) => (ReasonKind::Mended, " failed, and a later attempt succeeded".into()),
-            (true, false) => {
-                let fall = falls.iter().find(|fall| fall.track == self.who && self.frames.contains(&fall.frame));
-                let fall = fall.map(|fall| fall_text(fall, self.subject.object.as_deref().unwrap_or("the object")));
-                (ReasonKind::Failed, format!(" failed, and no later attempt succeeded{}", fall.unwrap_or_default()))
-            }
+            (false, ..) if self.attempt > 1 => (ReasonKind::Succeeded, format!(", attempt {}", self.attempt)),
+            (false, ..) => (ReasonKind::Succeeded, String::new()),
+            (true, true, _) => (ReasonKind::Mended, " failed, and a later attempt succeeded".into()),
+            (true, false, Some(declared)) => (ReasonKind::Declared, format!(" failed{fell}{declared}")),
+            (true, false, None) => match fall.filter(|fall| fall.is_from_open_jaws) {
+                Some(fall) => (ReasonKind::LetFall, format!("{fell}{}", intention_text(fall))),
+                None => (ReasonKind::Failed, format!(" failed, and no later attempt succeeded{fell}")),
+            },
         };
         let [start_s, end_s] = self.span_s;
         let (who, task, suffix) = (self.who, self.task, self.subject.suffix());
@@ -380,11 +399,14 @@ impl TaskResult<'_> {
     }
 }
 
-/// The height of a fall, and the param with which it is a release.
+/// The height of a fall.
 fn fall_text(fall: &Fall, object: &str) -> String {
     let from = if fall.is_from_open_jaws { " from the opened jaws" } else { "" };
-    let param = fall
-        .drop_way_m
-        .map(|way_m| format!("; if that is intended, set `params: {{drop_way: {:.0} mm}}`", way_m * 1e3));
-    format!(": {object} fell {:.0} mm{from} at {:.3} s{}", fall.height_m * 1e3, fall.start_s, param.unwrap_or_default())
+    format!(": {object} fell {:.0} mm{from} at {:.3} s", fall.height_m * 1e3, fall.start_s)
+}
+
+/// What the user does if a fall from opened jaws is intended.
+fn intention_text(fall: &Fall) -> String {
+    let param = |way_m: f64| format!(": if it is, set `params: {{drop_way: {:.0} mm}}`", way_m * 1e3);
+    format!(", which may be intended{}", fall.drop_way_m.map_or_else(String::new, param))
 }

@@ -112,6 +112,31 @@ fn a_task_that_is_cut_off_makes_the_outcome_unknown() {
     }
 }
 
+/// The log says that the recording succeeded: its failures did not matter, and a task that it cuts off has reached its goal.
+#[test]
+fn an_outcome_follows_a_field_that_says_success() {
+    let with_field = |analysis: Analysis| Analysis { declared: vec!["rewards".into()], ..analysis };
+    let (dropped, place) = (("dropped!", "cube", ""), ("place", "cube", ""));
+    let mut failed = with_field(analysis(&[dropped]));
+    assert_eq!(kinds(&failed), [ReasonKind::Declared]);
+    assert_eq!(
+        failed.outcome().sentence(),
+        "success: right dropped cube 0.000 – 1.000 s failed, but `rewards` says that the recording succeeded"
+    );
+    assert_eq!(failed.success_end(), Some(10));
+    let after_success = with_field(analysis(&[place, dropped]));
+    assert_eq!((after_success.outcome().result, after_success.success_end()), (OutcomeKind::Success, Some(10)));
+    // An expectation is of the user.
+    failed.expected = ExpectedTasks::parse("place").unwrap();
+    assert_eq!(failed.outcome().result, OutcomeKind::Failure);
+    let mut cut_off = with_field(Analysis { frames: 10, ..analysis(&[place]) });
+    let task = &mut cut_off.tracks[0].tasks[0];
+    (task.open_end, task.frames) = (true, 0..10);
+    assert_eq!((cut_off.outcome().result, kinds(&cut_off)), (OutcomeKind::Success, vec![ReasonKind::Declared]));
+    // Nothing shows what succeeded.
+    assert_eq!(with_field(analysis(&[])).outcome().result, OutcomeKind::Unknown);
+}
+
 #[test]
 fn a_later_task_of_the_other_hand_mends_a_failure() {
     let mut analysis = analysis(&[("dropped!", "cube", ""), ("unknown", "", ""), ("unknown", "", "")]);
