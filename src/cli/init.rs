@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use teachtree_analysis::UNKNOWN;
 use teachtree_analysis::outcome::{OutcomeKind, ReasonKind};
 use teachtree_base::error::InputError;
+use teachtree_frames::bind::BLANK;
 use teachtree_frames::propose::{ProjectParams, Proposal, quoted};
 use teachtree_logs::allowed_folders::AllowedFolders;
 use teachtree_logs::atomic_write::Files;
@@ -106,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         written.write(&[(&places.binding, proposal.binding.as_str()), (&places.scene, proposal.scene.as_str())])?;
     }
     let analyzed = match &proposal {
-        Some(proposal) if !proposal.has_channels => Err(nothing_guessed(&places.binding).into()),
+        Some(proposal) if !proposal.has_channels => Err(nothing_guessed(&places.binding, proposal).into()),
         proposal => analyzed(log, proposal.as_ref().map(|proposal| (&places, &proposal.params))),
     };
     let params = proposal.as_ref().map(|proposal| &proposal.params);
@@ -128,10 +129,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let _ = writeln!(text, "\nwritten: {}", names.join(", "));
     output::print(&text)?;
     match analyzed {
-        Ok(_) => Ok(output::print(&next(args, &logs, log, &places))?),
+        Ok(_) => Ok(output::print(&next(args, &logs, log, &places, true))?),
         Err(failure) => {
             failure.report();
-            output::print(&next(args, &logs, log, &places))?;
+            output::print(&next(args, &logs, log, &places, false))?;
             Err(Failure::Negative)
         }
     }
@@ -209,10 +210,13 @@ fn logs(args: &Args) -> Result<Vec<PathBuf>, InputError> {
     Ok(logs)
 }
 
-/// The error of a binding without a channel.
-fn nothing_guessed(binding: &Path) -> InputError {
+/// The error of a binding without a channel; some entries of it are commented out where a file is missing.
+fn nothing_guessed(binding: &Path, proposal: &Proposal) -> InputError {
     let error = InputError::new(binding.display().to_string(), "no channel was guessed, so nothing is analyzed");
-    error.help("write the columns after their channels, such as `right.tcp.position: x<xyz>` (docs/bindings.md)")
+    error.help(match proposal.refused.is_empty() {
+        true => "take `#` from `robots` there, after what it needs is beside it".to_string(),
+        false => format!("replace each `{BLANK}` there by a column of the log; the file lists them with the reasons"),
+    })
 }
 
 fn analyzed(log: &Path, guessed: Option<(&Places, &ProjectParams)>) -> Result<Analysis, Failure> {
@@ -254,6 +258,10 @@ fn keys(places: Option<&Places>, params: Option<&ProjectParams>, analysis: Optio
 
 /// Formats the guesses, and the quantities that were not found.
 fn guesses(proposal: &Proposal) -> String {
+    if !proposal.refused.is_empty() {
+        let lines = proposal.refused.iter().map(|line| format!("  {line}\n"));
+        return format!("nothing was recognized in the columns of the log:\n{}\n", lines.collect::<String>());
+    }
     let mut text = String::from("guessed\n");
     let is_shown = |line: &&str| {
         // Arms stand below `robots`.
@@ -275,7 +283,7 @@ fn guesses(proposal: &Proposal) -> String {
 }
 
 /// The next commands.
-fn next(args: &Args, logs: &[PathBuf], log: &Path, places: &Places) -> String {
+fn next(args: &Args, logs: &[PathBuf], log: &Path, places: &Places, is_analyzed: bool) -> String {
     let store = formats::without_episode(log);
     let recordings = logs.iter().filter(|log| formats::without_episode(log) == store).count();
     let shell = |path: &Path| {
@@ -292,16 +300,25 @@ fn next(args: &Args, logs: &[PathBuf], log: &Path, places: &Places) -> String {
         .map(|log| shell(&from.as_ref().map_or_else(|| log.clone(), |from| from.join(&log))));
     let all = match recordings {
         0 | 1 => String::new(),
-        several => format!("  {go}teachtree analyze {all}    # all {several} recordings of the file\n"),
+        several => {
+            let of = if store.is_dir() { "data set" } else { "file" };
+            format!("  {go}teachtree analyze {all}    # all {several} recordings of the {of}\n")
+        }
     };
     let binding = shell(&places.binding);
-    let look = if places.report.is_file() {
-        format!("{go}teachtree studio {log}")
-    } else {
-        format!("{go}teachtree inspect {log}")
-    };
+    // What an analysis refuses is edited before.
+    if !is_analyzed {
+        let check = if places.binding.is_file() {
+            format!("  teachtree check {binding}    # after you edit it\n")
+        } else {
+            String::new()
+        };
+        return format!(
+            "\nnext:\n  {go}teachtree inspect {log}    # the columns with their ranges\n{check}  {go}teachtree analyze {log}    # then; without options\n"
+        );
+    }
     let check = if places.binding.is_file() { format!("teachtree check {binding}") } else { "teachtree check".into() };
     format!(
-        "\nnext:\n  {go}teachtree analyze {log}    # without options\n{all}  {look}    # view and correct it\n  {check}    # after you edit the binding\n"
+        "\nnext:\n  {go}teachtree analyze {log}    # without options\n{all}  {go}teachtree studio {log}    # view and correct it\n  {check}    # after you edit the binding\n"
     )
 }

@@ -313,8 +313,25 @@ fn lerobot_with_joints_only() {
     for set in ["lerobot_v21", "lerobot_v30"] {
         let folder = folder(&[&format!("tests/fixtures/init/{set}")]);
         let (channels, scene) = proposed(folder.path(), set);
-        insta::assert_snapshot!("lerobot_joints", format!("{channels}{scene}"));
+        // Version 2 ended before LeRobot wrote degrees by default.
+        assert_eq!(channels.contains(", norm: percent"), set == "lerobot_v21", "{channels}");
+        insta::assert_snapshot!("lerobot_joints", format!("{}{scene}", channels.replace(", norm: percent", "")));
     }
+}
+
+#[test]
+fn joints_of_lerobot_are_in_degrees_beyond_100_and_in_percent_where_they_stop_at_100() {
+    let names = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"];
+    let log = |most: f64| {
+        robots(&names, move |at, time| match at {
+            2 => (1.2 * most * time.sin()).clamp(-most, most),
+            5 => 50.0 + 40.0 * time.cos(),
+            _ => 30.0 * (time + at as f64).sin(),
+        })
+    };
+    assert!(log(100.0).contains("norm: percent") && log(100.0).contains("stops at exactly 100"), "{}", log(100.0));
+    assert!(!log(104.0).contains("norm:") && log(104.0).contains("a joint is beyond 100"), "{}", log(104.0));
+    assert!(log(90.0).contains("since version 0.4.4; with `norm: percent`"), "{}", log(90.0));
 }
 
 #[test]
@@ -356,6 +373,27 @@ fn diffusion_policy() {
     let folder = folder(&["tests/fixtures/init/replay.zarr"]);
     let (channels, scene) = proposed(folder.path(), "replay.zarr");
     insta::assert_snapshot!("diffusion_policy", format!("{channels}{scene}"));
+}
+
+/// A pusher comes from 0.3 m behind a block, pushes it by 0.12 m from 3 s to 5 s, and goes back.
+#[test]
+fn a_block_that_is_pushed_in_a_plane_gets_a_push() {
+    let block = |time: f64| 0.3 + 0.06 * (time - 3.0).clamp(0.0, 2.0);
+    let away = |time: f64| 0.1 * (3.0 - time).max(0.0) + 0.1 * (time - 5.0).max(0.0);
+    let mut text = String::from("time,pusher_x,pusher_y,block_x,block_y,block_theta\n");
+    for row in 0..=400 {
+        let time = f64::from(row) * 0.02;
+        let at = block(time);
+        text.push_str(&format!("{time:.2},{:.5},0.2,{at:.5},0.2,{:.4}\n", at - 0.06 - away(time), 0.4 + at));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("push.csv"), text).unwrap();
+    let output = teachtree_in(folder.path(), &["init", "push.csv", "--yes"]);
+    assert!(output.status.success(), "{}", all_said(&output));
+    let (tasks, segments) = found(folder.path(), "push.csv");
+    assert_eq!(tasks, ["push"], "{segments:?}");
+    let (_, start_s, end_s) = segments.iter().find(|(name, ..)| name == "Push").unwrap();
+    assert!((start_s - 3.0).abs() < 0.15 && (end_s - 5.0).abs() < 0.15, "{segments:?}");
 }
 
 /// The robots of the binding that `init` writes for a table of joints, and the comments behind them.
@@ -423,4 +461,45 @@ fn a_gripper_of_unknown_position_misses_nothing() {
     // The default rules follow the binding.
     let project = fs::read_to_string(folder.path().join("teachtree.yaml")).unwrap();
     assert!(!project.contains("rules:"), "{project}");
+}
+
+#[test]
+fn a_log_without_anything_known_gets_a_binding_to_fill_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = ["alpha", "beta", "gamma", "joint_1", "joint_2", "joint_3", "joint_4"];
+    let mut text = format!("time,{},note\n", names.join(","));
+    for row in 0..200_u32 {
+        let time = f64::from(row) * 0.02;
+        let values: Vec<String> = (1..=names.len()).map(|at| format!("{:.4}", (time * at as f64).sin())).collect();
+        text.push_str(&format!("{time:.2},{},good\n", values.join(",")));
+    }
+    fs::write(folder.path().join("odd.csv"), text).unwrap();
+    let output = teachtree_in(folder.path(), &["init", "odd.csv", "--yes"]);
+    assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
+    insta::assert_snapshot!("nothing_recognized", all_said(&output));
+    // Each command that it names does its work, or names the line to fill in.
+    let inspected = teachtree_in(folder.path(), &["inspect", "odd.csv"]);
+    assert!(inspected.status.success(), "{}", all_said(&inspected));
+    for command in [["check", "odd.binding.yaml"], ["analyze", "odd.csv"]] {
+        let refused = teachtree_in(folder.path(), &command);
+        assert_eq!(refused.status.code(), Some(2), "{}", all_said(&refused));
+        assert!(complained(&refused).contains("`right.tcp.position` is not filled in"), "{}", complained(&refused));
+    }
+    let binding = folder.path().join("odd.binding.yaml");
+    let blank = fs::read_to_string(&binding).unwrap();
+    let filled = blank.replacen("[\"???\", \"???\", \"???\"]", "[alpha, beta, gamma]", 1);
+    let filled: Vec<&str> = filled.lines().filter(|line| line.starts_with('#') || !line.contains("???")).collect();
+    fs::write(&binding, filled.join("\n")).unwrap();
+    let analyzed = teachtree_in(folder.path(), &["analyze", "odd.csv"]);
+    assert!(analyzed.status.success(), "{}", all_said(&analyzed));
+}
+
+#[test]
+fn a_log_of_texts_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("list.csv"), "operator,task\nAnn,pick\nBob,place\n").unwrap();
+    let output = teachtree_in(folder.path(), &["init", "list.csv", "--yes"]);
+    assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
+    assert!(complained(&output).contains("found only texts (`operator`, `task`)"), "{}", complained(&output));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }

@@ -45,6 +45,9 @@ pub struct Inspection {
     pub refused: Vec<(String, String)>,
     /// What was found wrong while it was opened.
     pub issues: Vec<Issue>,
+    /// The version that a data set of LeRobot states, such as `v2.1`.
+    #[serde(skip)]
+    pub lerobot_version: Option<String>,
 }
 
 /// What a table is like.
@@ -132,9 +135,9 @@ pub(crate) struct StampColumn {
 /// # Errors
 /// When a log of one sheet cannot be read.
 pub fn inspect(source: Source, time: Option<&Pattern>, rate_hz: Option<f64>) -> Result<Inspection, InputError> {
-    let Source { file, sheets, refused, issues, .. } = source;
+    let Source { file, sheets, refused, issues, lerobot_version, .. } = source;
     let alone = sheets.len() == 1;
-    let mut found = Inspection { log: file.clone(), sheets: vec![], refused, issues };
+    let mut found = Inspection { log: file.clone(), sheets: vec![], refused, issues, lerobot_version };
     for sheet in sheets {
         let (name, header) = (sheet.name.clone(), sheet.titles());
         let at = stamps(&header, time);

@@ -4,7 +4,7 @@ use super::super::{Failure, output};
 use std::io::{BufRead, IsTerminal};
 use std::path::Path;
 use teachtree_base::error::InputError;
-use teachtree_frames::inspect::inspect;
+use teachtree_frames::inspect::{Inspection, ValueKind, inspect};
 use teachtree_frames::propose::{Answers, Proposal, Question, propose, with_places};
 use teachtree_logs::read::formats;
 
@@ -14,9 +14,10 @@ const MAX_HZ: f64 = 1e4;
 /// The proposal for a log, with the answers of a person where there is one.
 ///
 /// # Errors
-/// A log that cannot be read.
+/// A log that cannot be read, or has no number.
 pub fn proposed(log: &Path, may_ask: bool) -> Result<Proposal, Failure> {
     let inspected = inspect(formats::open(log)?, None, None)?;
+    refuse_texts(&inspected)?;
     let first = propose(&inspected, &Answers::default());
     let is_asked = may_ask && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     if !is_asked || first.questions.is_empty() {
@@ -38,6 +39,19 @@ pub fn proposed(log: &Path, may_ask: bool) -> Result<Proposal, Failure> {
         }
     }
     Ok(with_places(propose(&inspected, &answers), &inspected, &answers, &|| formats::open(log)))
+}
+
+/// Refuses a log without any number.
+fn refuse_texts(log: &Inspection) -> Result<(), InputError> {
+    let columns = || log.sheets.iter().flat_map(|sheet| &sheet.columns);
+    if columns().any(|column| column.kind != ValueKind::Text) || columns().next().is_none() {
+        return Ok(());
+    }
+    let names: Vec<String> = columns().take(3).map(|column| format!("`{}`", column.name)).collect();
+    let message =
+        format!("found only texts ({}), expected columns of numbers, such as positions and forces", names.join(", "));
+    Err(InputError::new(log.log.clone(), message)
+        .help("name the recording itself; this may be a list of recordings or a log of messages"))
 }
 
 /// A rate of rows, Hz.

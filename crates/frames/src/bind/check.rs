@@ -1,6 +1,6 @@
 //! Check of a binding against the scene and the rules: missing bodies, channels without a reader.
 
-use super::{BindingFile, PlaceholderValues, Template};
+use super::{BLANK, BindingFile, Columns, PlaceholderValues, Template};
 use crate::clean::unknown_columns::{UnknownColumn, unknown_part};
 use teachtree_base::error::InputError;
 use teachtree_base::log_channel::{FingerPart, LogChannel};
@@ -14,8 +14,9 @@ impl BindingFile {
     /// nearly those of known channels, or have a part that no hand has.
     ///
     /// # Errors
-    /// When a channel names a body that the scene lacks, or something is trusted that is not a force of a finger.
+    /// When a channel is not filled in, when it names a body that the scene lacks, or something is trusted that is not a force of a finger.
     pub fn check(&self, scene: &Scene) -> Result<Vec<(String, InputError)>, InputError> {
+        self.check_blanks()?;
         let objects: Vec<&str> =
             scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name.as_str()).collect();
         // Any object will do: what is asked is whether the rest of the name means something.
@@ -53,5 +54,17 @@ impl BindingFile {
             }
         }
         Ok(suspicious_channels)
+    }
+
+    /// Refuses a channel with a place that is to be filled in.
+    fn check_blanks(&self) -> Result<(), InputError> {
+        let is_blank = |columns: &Columns| columns.patterns().iter().any(|pattern| pattern.written.contains(BLANK));
+        let Some((channel, _)) = self.binding.channels.iter().find(|(_, columns)| is_blank(columns)) else {
+            return Ok(());
+        };
+        let message = format!("`{channel}` is not filled in, expected a column of the log in place of each `{BLANK}`");
+        Err(self
+            .error(channel, message)
+            .help("delete the line if the log has no such column; `teachtree inspect LOG` lists the columns"))
     }
 }

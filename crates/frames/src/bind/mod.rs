@@ -71,6 +71,8 @@ use teachtree_logs::read::text;
 pub const MAX_PARAMS: usize = 3;
 /// The highest rate to resample to, Hz.
 pub const MAX_RATE_HZ: f64 = 10_000.0;
+/// Stands in a binding where the name of a column is to be filled in.
+pub const BLANK: &str = "???";
 
 /// A binding: which columns of a foreign log are which channels.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]

@@ -4,7 +4,7 @@
 //! gap; a value that was not measured for longer than the bridge stays unmeasured.
 
 use crate::clean::dropouts::moves;
-use crate::clean::timebase::believable_step;
+use crate::clean::timebase::check_bursts;
 use indexmap::IndexMap;
 use teachtree_base::channels::Shape;
 use teachtree_base::error::InputError;
@@ -32,7 +32,7 @@ struct Sample {
 /// When that would make more frames than can be meant, or the stamps are in another unit than the binding says.
 pub fn resample(recording: Recording, rate_hz: f64, bridge: f64) -> Result<Recording, InputError> {
     if recording.time.len() > 1 {
-        believable_step(&recording.time)?;
+        check_bursts(&recording.time)?;
     }
     let bridge = bridge.max(BRIDGED_STEPS * usual_step(&recording.time));
     let samples = samples(&recording.time, rate_hz, bridge)?;

@@ -5,7 +5,7 @@
 
 use super::resample::{AT, BRIDGED_STEPS, rotation_between};
 use crate::clean::dropouts::moves;
-use crate::clean::timebase::believable_step;
+use crate::clean::timebase::check_bursts;
 use indexmap::IndexMap;
 use std::collections::VecDeque;
 use teachtree_base::channels::Shape;
@@ -114,7 +114,7 @@ impl Resampler {
         }
         if row + 1 == FIRST_ROWS as u64 {
             let stamps: Vec<f64> = self.rows.iter().copied().collect();
-            believable_step(&stamps)?;
+            check_bursts(&stamps)?;
         }
         self.make(false, made);
         Ok(())

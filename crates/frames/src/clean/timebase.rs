@@ -179,6 +179,22 @@ pub fn usual_step(time: &[f64]) -> Result<f64, InputError> {
     Ok(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// Refuses stamps of rows that are to be resampled if they must be in another unit. Topics that are stamped together have rows in bursts: there the mean step counts.
+///
+/// # Errors
+/// As [`believable_step`].
+pub fn check_bursts(time: &[f64]) -> Result<(), InputError> {
+    /// A burst has at most this number of rows.
+    const ROWS: usize = 20;
+    let steps = time.len().saturating_sub(1);
+    let long = time.windows(2).filter(|pair| STEPS.contains(&(pair[1] - pair[0]))).count();
+    let mean = time.first().zip(time.last()).map_or(0.0, |(first, last)| (last - first) / steps.max(1) as f64);
+    if STEPS.contains(&mean) && long * ROWS >= steps.max(1) {
+        return Ok(());
+    }
+    believable_step(time).map(|_| ())
+}
+
 /// The median step, s, of a log that may be of a hand.
 ///
 /// # Errors

@@ -14,6 +14,8 @@ use teachtree_base::hands::Side;
 const SO101: [&str; 5] = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll"];
 /// What LeRobot writes around the names of joints.
 const LEROBOT: [&str; 2] = ["observation.state.", ".pos"];
+/// Percent at the end of a range are 100 but for rounding.
+const STOPS: f64 = 1e-4;
 /// Percent are within this.
 const PERCENT: f64 = 100.5;
 /// Degrees are within this, ticks of an encoder are not.
@@ -48,11 +50,12 @@ pub struct Arm {
     pub sheet: String,
 }
 
-/// The arms of hands without a measured point, and the parts that belong to none of them.
+/// The arms of hands without a measured point, and the parts that belong to none of them. `lerobot_version` is the version of a data set of LeRobot.
 pub fn arms<'a>(
     parts: Vec<Part<'a>>,
     grippers: &BTreeMap<Side, Gripper>,
     is_measured: impl Fn(Side) -> bool,
+    lerobot_version: Option<&str>,
 ) -> (Vec<Arm>, Vec<Part<'a>>) {
     let mut arms: Vec<Arm> = vec![];
     let mut taken = vec![];
@@ -71,7 +74,10 @@ pub fn arms<'a>(
             continue;
         }
         let gripper = grippers.get(&side);
-        let arm = if is_so101 { so101(side, &joints, gripper) } else { panda(side, &joints, gripper) };
+        let arm = match is_so101 {
+            true => so101(side, &joints, gripper, lerobot_version),
+            false => panda(side, &joints, gripper),
+        };
         if let Some(arm) = arm {
             arms.push(arm);
             taken.extend(places);
@@ -108,13 +114,9 @@ fn so101s(parts: &[Part]) -> Vec<Vec<usize>> {
     whole.map(|joints| joints.into_values().collect()).collect()
 }
 
-fn so101(side: Side, joints: &[&Part], gripper: Option<&Gripper>) -> Option<Arm> {
+fn so101(side: Side, joints: &[&Part], gripper: Option<&Gripper>, lerobot_version: Option<&str>) -> Option<Arm> {
     let first = joints.first()?;
     let (head, tail, _) = so101_joint(&first.pattern)?;
-    let most = |joints: &[&Part]| {
-        joints.iter().flat_map(|part| &part.members).map(|it| it.min.abs().max(it.max.abs())).fold(0.0, f64::max)
-    };
-    let most = most(joints);
     let has_gripper = gripper.is_some_and(|gripper| gripper.closed.starts_with(&format!("{head}gripper{tail}")));
     let mut entry = format!("model: so101, hand: {side}");
     if let Some(head) = head.strip_suffix("main_") {
@@ -134,19 +136,70 @@ fn so101(side: Side, joints: &[&Part], gripper: Option<&Gripper>) -> Option<Arm>
     if [head, tail] != LEROBOT {
         entry.push_str(&format!(", joints: {}", quoted(&format!("{head}<joint>{tail}"))));
     }
-    let is_unit_known = !first.unit.is_empty();
-    let is_ticks = !is_unit_known && most > DEGREES;
-    let scale = match () {
-        () if is_unit_known => "",
-        () if is_ticks => "; ticks need the calibration file of the arm beside this file",
-        () if most > PERCENT => "; in degrees, since a joint is beyond 100",
-        () => "; in degrees, as LeRobot writes them now; with `norm: percent` if they are from -100 to 100",
-    };
-    if is_ticks {
-        entry.push_str(", norm: ticks, calibration: my_follower.json");
-    }
+    let norm = if first.unit.is_empty() { so101_norm(joints, lerobot_version) } else { Norm::Stated };
+    let (key, scale) = norm.text();
+    entry.push_str(key);
     let reason = format!("by the names of the joints{scale}");
-    Some(Arm { side, entry, reason, has_gripper, is_incomplete: is_ticks, sheet: first.sheet.name.clone() })
+    let is_incomplete = norm == Norm::Ticks;
+    Some(Arm { side, entry, reason, has_gripper, is_incomplete, sheet: first.sheet.name.clone() })
+}
+
+/// What the numbers of the joints of an SO-101 mean, and what shows it. LeRobot cuts percent off at 100. It wrote percent by default from its new calibration in
+/// June 2025 (pull request 777) until version 0.4.4 in February 2026 (pull request 2968), and degrees since; data sets are of version 2 until September 2025.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Norm {
+    /// The log has the unit.
+    Stated,
+    /// Beyond degrees.
+    Ticks,
+    /// Degrees, since percent are not beyond 100.
+    DegreesByValue,
+    /// Percent, since a joint stops at exactly 100.
+    PercentByValue,
+    /// Percent, since the data set is of version 2.
+    PercentByVersion,
+    /// Degrees, as usual now.
+    Degrees,
+}
+
+impl Norm {
+    /// The key of an entry of `robots`, and the reason.
+    fn text(self) -> (&'static str, &'static str) {
+        const PERCENT: &str = ", norm: percent";
+        match self {
+            Self::Stated => ("", ""),
+            Self::Ticks => (
+                ", norm: ticks, calibration: my_follower.json",
+                "; ticks need the calibration file of the arm beside this file",
+            ),
+            Self::DegreesByValue => ("", "; in degrees, since a joint is beyond 100"),
+            Self::PercentByValue => {
+                (PERCENT, "; in percent of the range, since a joint stops at exactly 100; else delete `norm`")
+            }
+            Self::PercentByVersion => (
+                PERCENT,
+                "; -100 to 100 of the range, as LeRobot wrote data sets of version 2 by default; delete `norm` if they were recorded with `use_degrees=true`",
+            ),
+            Self::Degrees => (
+                "",
+                "; in degrees, as LeRobot writes them since version 0.4.4; with `norm: percent` if they are from -100 to 100, as before",
+            ),
+        }
+    }
+}
+
+/// What the numbers of the joints of an SO-101 mean.
+fn so101_norm(joints: &[&Part], lerobot_version: Option<&str>) -> Norm {
+    let columns = || joints.iter().flat_map(|part| &part.members);
+    let most = columns().map(|it| it.min.abs().max(it.max.abs())).fold(0.0, f64::max);
+    let stops = columns().any(|it| [it.min, it.max].iter().any(|end| (end.abs() - 100.0).abs() < STOPS));
+    match () {
+        () if most > DEGREES => Norm::Ticks,
+        () if most > PERCENT => Norm::DegreesByValue,
+        () if stops => Norm::PercentByValue,
+        () if lerobot_version.is_some_and(|version| version.starts_with("v2")) => Norm::PercentByVersion,
+        () => Norm::Degrees,
+    }
 }
 
 /// The text before and after the last number of a name, and the number.

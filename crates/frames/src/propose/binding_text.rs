@@ -1,16 +1,15 @@
 //! The text of a proposed binding.
 
 use super::contacts::Line;
-use super::grippers;
 use super::hands::Hand;
 use super::hold_points::{HoldPoint, Kind};
-use super::parts::{Part, Quantity};
+use super::parts::Part;
 use super::rounded_yaml::{plain, point_mm};
 use super::timing::Timing;
 use super::words;
 use super::wrist_forces::{self, UNKNOWN_SIGN};
 use super::yaml_scalar::{comment, quoted, scalar};
-use super::{Answers, Survey, param_text};
+use super::{Answers, Survey, param_text, unused_columns};
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 use teachtree_base::hands::Side;
@@ -21,11 +20,9 @@ const OTHER_END: &str = "if it is closed at the other end";
 const SURFACE_M: f64 = 0.025;
 /// The flag of a hand that never holds anything.
 const NEVER: &str = "= 0";
-/// The most columns that are listed as unused.
-const MAX_UNUSED: usize = 40;
 
-/// Writes the binding.
-pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
+/// Writes the binding. `refused` are lines about the columns of a log without any channel.
+pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers, refused: &[String]) -> String {
     let mut text = String::from(
         "# Guessed by `teachtree init` from the names, units and values of the columns. Comments give reasons and alternatives\n# (docs/bindings.md); `teachtree inspect LOG` lists what can be detected.\nabout: describe this log\n",
     );
@@ -54,6 +51,10 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
     }
     text.push_str(&robots(survey));
     let lines = lines(survey, answers);
+    if !has_channels(survey, answers) && survey.arms.is_empty() {
+        text.push_str(&unused_columns::blanks(refused));
+        return text;
+    }
     text.push_str(if lines.is_empty() { "\nchannels: {}\n" } else { "\nchannels:\n" });
     for line in &lines {
         let reason = if line.reason.is_empty() { String::new() } else { format!("    # {}", comment(&line.reason)) };
@@ -73,7 +74,7 @@ pub fn binding(survey: &Survey, timing: &Timing, answers: &Answers) -> String {
         let _ = writeln!(text, "  # {channel}: {}    # {why}", scalar(other));
     }
     text.push_str(&left_out(survey));
-    text.push_str(&unused(survey));
+    text.push_str(&unused_columns::unused(survey));
     if !survey.contacts.supports.is_empty() {
         text.push_str("\nnormals: by_role    # contacts have no normals in the log: a support carries from below\n");
     }
@@ -146,7 +147,8 @@ fn lines(survey: &Survey, answers: &Answers) -> Vec<Line> {
         let reasons = [reason, part.reason.as_deref().unwrap_or_default(), unit_reason(part)];
         let reason = reasons.iter().filter(|reason| !reason.is_empty()).copied().collect::<Vec<_>>().join("; ");
         let line = Line { channel, columns: part.columns(), reason };
-        if survey.is_y_up() { upright(line, part) } else { line }
+        // A pose in a plane has its vertical by definition.
+        if survey.is_y_up() && part.members.len() > 2 { upright(line, part) } else { line }
     };
     let is_fixed = survey.is_fixed_tool();
     for (side, hand) in &survey.hands {
@@ -416,32 +418,4 @@ fn unit_reason(part: &Part) -> &'static str {
         "cm" => "cm by the range of the positions",
         _ => "",
     }
-}
-
-/// The columns that nothing was found for, as comments.
-fn unused(survey: &Survey) -> String {
-    let mut text = String::new();
-    let is_listed = |part: &&Part| !part.is_constant() || part.left_out.is_some() || grippers::is_at_rest(part);
-    let rest: Vec<&Part> = survey.rest.iter().filter(is_listed).collect();
-    if !rest.is_empty() {
-        text.push_str("  # not used:\n");
-    }
-    for part in rest.iter().take(MAX_UNUSED) {
-        let why = match &part.left_out {
-            _ if words::is_command(&part.words) => "    (a command)".into(),
-            Some(reason) => format!("    ({})", comment(reason)),
-            _ if grippers::is_at_rest(part) => "    (a gripper that does not move)".into(),
-            _ if words::is_marker_error(&part.words) => "    (the residual of the tracker)".into(),
-            _ if words::is_relative(&part.words) => "    (relative to something)".into(),
-            _ if part.quantity == Quantity::Rotation => {
-                "    (the position of this name is not used, or not in the log)".into()
-            }
-            _ => String::new(),
-        };
-        let _ = writeln!(text, "  #   {}{why}", comment(&scalar(&part.columns())));
-    }
-    if rest.len() > MAX_UNUSED {
-        let _ = writeln!(text, "  #   and {} more", rest.len() - MAX_UNUSED);
-    }
-    text
 }

@@ -296,7 +296,7 @@ fn gripper(
 /// How many fingers move as far as a column of one finger shows.
 fn fingers(part: &Part) -> f64 {
     let is_finger = part.name.contains("finger") || words::has(&part.words, &["qpos"]);
-    if is_finger && !words::has(&part.words, &["width", "opening"]) { 2.0 } else { 1.0 }
+    if is_finger && !words::has(&part.words, &["width", "opening", "gap", "aperture"]) { 2.0 } else { 1.0 }
 }
 
 /// The unit that the range of an opening shows; empty where it may be a share, counts or an angle.

@@ -7,8 +7,7 @@ use teachtree_base::hands::Side;
 use teachtree_base::recording::Recording;
 
 /// Why a gripper is closed at the other end than usual.
-pub const REASON: &str =
-    "it closes where the tool is low for the first time, and opens where it is low again; no object shows it";
+pub const REASON: &str = "it closes where the tool is low for the first time, and opens where it is low again; no object shows it, and if the log begins with a held object it is the other end";
 /// A tool within this share of its rise above its lowest place is low, …
 const LOW: f64 = 0.2;
 /// … if it rises by at least this, m.

@@ -28,6 +28,7 @@ mod marker_sets;
 mod motion;
 mod param_text;
 mod parts;
+mod planar_poses;
 mod pushed_shapes;
 mod quantiles;
 mod recorded;
@@ -41,6 +42,7 @@ mod supports;
 mod timing;
 mod transforms;
 mod turns;
+mod unused_columns;
 mod weights;
 mod words;
 mod wrist_forces;
@@ -117,6 +119,8 @@ pub struct Proposal {
     pub questions: Vec<Question>,
     /// What an analysis needs and was not found, a sentence each.
     pub lacking: Vec<String>,
+    /// The columns of a log without any channel, and why they have none, a line for each kind.
+    pub refused: Vec<String>,
 }
 
 /// What was found in a log.
@@ -187,6 +191,8 @@ impl Survey<'_> {
 impl<'a> Survey<'a> {
     fn new(log: &'a Inspection, answers: &Answers) -> Self {
         let mut parts = parts::parts(log);
+        planar_poses::join(&mut parts);
+        parts::guess_unit(&mut parts);
         Transforms::of(log).mark(&mut parts);
         copies::leave_out_copies(&mut parts);
         relative_positions::mark(&mut parts);
@@ -227,7 +233,7 @@ impl<'a> Survey<'a> {
         let fixed: BTreeMap<String, Side> = fixed.collect();
         let is_measured =
             |side: Side| hands.get(&side).is_some_and(|hand| hand.tool.is_some() || !hand.tips.is_empty());
-        let (arms, mut rest) = arms::arms(rest, &grippers, is_measured);
+        let (arms, mut rest) = arms::arms(rest, &grippers, is_measured, log.lerobot_version.as_deref());
         // The geometry of a model is better than a usual stroke.
         for arm in arms.iter().filter(|arm| arm.has_gripper && !arm.is_incomplete) {
             if let Some(gripper) = grippers.get_mut(&arm.side) {
@@ -365,6 +371,13 @@ impl<'a> Survey<'a> {
             || self.hands.values().any(|hand| hand.tool.is_some() || !hand.tips.is_empty())
     }
 
+    /// Whether all hands and bodies move in a plane: they push, and nothing is held.
+    fn is_planar(&self) -> bool {
+        let mut tools = self.hands.values().filter_map(|hand| hand.tool.as_ref());
+        let mut bodies = self.bodies.iter().flat_map(|body| &body.positions);
+        !self.bodies.is_empty() && tools.all(Part::is_planar) && bodies.all(Part::is_planar)
+    }
+
     /// Whether the hands have neither fingertips nor grippers, and nothing they handle is in the log: the tool is fixed.
     fn is_fixed_tool(&self) -> bool {
         self.bodies.is_empty()
@@ -429,13 +442,17 @@ fn proposal(survey: Survey, log: &Inspection, answers: &Answers) -> Proposal {
             questions.push(Question::Closed(*side, gripper.closed.clone(), alternative.clone()));
         }
     }
+    let has_channels = binding_text::has_channels(&survey, answers);
+    let is_blank = !has_channels && survey.arms.is_empty();
+    let refused = if is_blank { unused_columns::refused(&survey, log) } else { vec![] };
     Proposal {
-        binding: binding_text::binding(&survey, &timing, answers),
-        scene: scene_text::scene(&survey),
+        binding: binding_text::binding(&survey, &timing, answers, &refused),
+        scene: if is_blank { unused_columns::BLANK_SCENE.into() } else { scene_text::scene(&survey) },
         params: param_text::project_params(&survey),
-        has_channels: binding_text::has_channels(&survey, answers),
+        has_channels,
         questions,
         lacking: lacking(&survey),
+        refused,
     }
 }
 
@@ -456,7 +473,7 @@ fn lacking(survey: &Survey) -> Vec<String> {
     } else if !survey.has_point() {
         lacking.push(no_point(survey));
     }
-    if !shows_closing(survey) && survey.mechanism.is_none() {
+    if !shows_closing(survey) && survey.mechanism.is_none() && !survey.is_planar() {
         lacking.push(format!(
             "no column shows when a hand holds something: neither an opening nor a flag, forces or several fingertips{}{}",
             late_grasps(survey),

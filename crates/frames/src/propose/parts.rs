@@ -100,7 +100,23 @@ impl Part<'_> {
             () if self.members.iter().any(|column| !column.unit.is_empty()) => "",
             () => &self.unit,
         };
-        if unit.is_empty() { self.pattern.clone() } else { format!("{} [{unit}]", self.pattern) }
+        match self.pattern.strip_prefix('[').and_then(|list| list.strip_suffix(']')) {
+            _ if unit.is_empty() => self.pattern.clone(),
+            // Constants in a list have units.
+            Some(list) => {
+                let is_constant = |column: &str| column.starts_with("\"=");
+                let with_unit = |column: &str| format!("{} [{unit}]\"", column.trim_end_matches('"'));
+                let columns = list.split(", ");
+                let columns = columns.map(|it| if is_constant(it) { it.to_string() } else { with_unit(it) });
+                format!("[{}]", columns.collect::<Vec<_>>().join(", "))
+            }
+            None => format!("{} [{unit}]", self.pattern),
+        }
+    }
+
+    /// Whether it is a position of x and y in a plane, at the height 0.
+    pub fn is_planar(&self) -> bool {
+        self.quantity == Quantity::Position && self.members.len() == 2
     }
 
     /// Whether it is a position without a unit.
@@ -116,7 +132,8 @@ impl Part<'_> {
     /// Its values in a row of the samples, SI.
     pub fn at(&self, row: usize) -> Vec<f64> {
         let scale = self.scale();
-        self.members.iter().map(|column| column.samples.get(row).copied().unwrap_or(f64::NAN) * scale).collect()
+        let values = self.members.iter().map(|column| column.samples.get(row).copied().unwrap_or(f64::NAN) * scale);
+        values.chain(self.is_planar().then_some(0.0)).collect()
     }
 
     /// The position in a row of the samples, m.
@@ -182,9 +199,13 @@ pub fn distances(one: &Part, other: &Part) -> Vec<f64> {
 pub fn parts(log: &Inspection) -> Vec<Part<'_>> {
     let mut parts: Vec<Part> = log.sheets.iter().flat_map(of_sheet).collect();
     images::leave_out(&mut parts);
-    let unit = usual_unit(&parts);
-    parts.iter_mut().filter(|part| part.is_unitless_position()).for_each(|part| part.guessed_unit = unit);
     parts
+}
+
+/// Guesses the unit of the positions without one.
+pub fn guess_unit(parts: &mut [Part]) {
+    let unit = usual_unit(parts);
+    parts.iter_mut().filter(|part| part.is_unitless_position()).for_each(|part| part.guessed_unit = unit);
 }
 
 /// The unit of the positions of a log without one, by how far from the origin they are, and how far and how fast they move.

@@ -91,6 +91,7 @@ fn usual_rate(log: &Inspection) -> (f64, &'static str) {
         () if has("demo_start_pose") && has("eef_rot_axis_angle") => (59.94, "59.94 Hz is that of the camera of UMI"),
         () if has("observations/qpos") => (50.0, "50 Hz is that of ALOHA"),
         () if has("obs/") => (20.0, "20 Hz is that of robomimic, MimicGen and LIBERO"),
+        () if has("actions") => (20.0, "20 Hz is usual in demonstrations with `actions`, and a guess"),
         () if log.log.contains(".zarr") => (10.0, "10 Hz is that of Diffusion Policy"),
         () => (100.0, "nothing in the log shows it, and 100 Hz is a guess"),
     }

@@ -54,7 +54,7 @@ const COMMANDED: [&str; 22] = [
     "twist",
 ];
 /// Words before the name of a body that do not name it: the program or the sensor that found it, `object` and `info`.
-const SOURCES: [&str; 12] = [
+const SOURCES: [&str; 16] = [
     "perception",
     "vrpn",
     "mocap",
@@ -66,6 +66,10 @@ const SOURCES: [&str; 12] = [
     "tracking",
     "tracker",
     "detection",
+    "aruco",
+    "apriltag",
+    "fiducial",
+    "fiducials",
     "object",
 ];
 /// Words that say what kind of quantity a column is, or where the log keeps it: they name no body.
@@ -197,9 +201,28 @@ fn marker_label(token: &str) -> Option<(char, String)> {
     is_word.then(|| (side, rest.to_string()))
 }
 
-/// The parts of a name between signs, as they are written.
+/// The parts of a name between signs, as they are written, without the frame of a transform: `T_base_cube` is the pose of `cube`.
 fn tokens(name: &str) -> impl Iterator<Item = &str> {
-    name.split(|letter: char| !letter.is_alphanumeric()).filter(|token| !token.is_empty())
+    const FRAMES: [&str; 6] = ["base", "world", "robot", "map", "b", "w"];
+    let all: Vec<&str> =
+        name.split(|letter: char| !letter.is_alphanumeric()).filter(|token| !token.is_empty()).collect();
+    let is_frame = |parts: &[&str]| parts[0] == "T" && FRAMES.contains(&parts[1].to_lowercase().as_str());
+    let frame = all.windows(3).position(|parts| is_frame(parts) && !is_quantity(parts[2]));
+    let is_named = move |(at, _): &(usize, &str)| frame.is_none_or(|frame| !(frame..frame + 2).contains(at));
+    all.into_iter().enumerate().filter(is_named).map(|(_, token)| token)
+}
+
+/// Whether a part of a name names no body.
+fn is_quantity(token: &str) -> bool {
+    GENERIC.contains(&token.to_lowercase().as_str())
+}
+
+/// A part of a name without the quantity behind the name of a body: `bottle` of `bottlePos`.
+fn without_quantity(token: &str) -> &str {
+    const QUANTITIES: [&str; 9] =
+        ["Position", "Pose", "Pos", "Quaternion", "Quat", "Rotation", "Rot", "Orientation", "Ori"];
+    let own = QUANTITIES.iter().find_map(|quantity| token.strip_suffix(quantity));
+    own.filter(|own| own.ends_with(|letter: char| letter.is_lowercase() || letter.is_ascii_digit())).unwrap_or(token)
 }
 
 /// Whether one of these words is among others.
@@ -361,7 +384,7 @@ fn is_number(token: &str) -> bool {
 }
 
 fn named<'a>(tokens: impl Iterator<Item = &'a str>) -> Option<String> {
-    let left: Vec<&str> = tokens.filter(|token| !GENERIC.contains(&token.to_lowercase().as_str())).collect();
+    let left: Vec<&str> = tokens.filter(|token| !is_quantity(token)).map(without_quantity).collect();
     as_name(&left)
 }
 
@@ -374,6 +397,9 @@ pub fn without_source(name: &str) -> String {
 }
 
 fn as_name(words: &[&str]) -> Option<String> {
+    // Vicon writes the subject and its only segment: `Cup:Cup`.
+    let mut words = words.to_vec();
+    words.dedup();
     let name = Some(words.join("_")).filter(|text| text.starts_with(|c: char| c.is_alphabetic()))?;
     // These begin the names of other channels.
     let is_taken = ["left", "right", "both", "contact", "time"].contains(&name.to_lowercase().as_str());

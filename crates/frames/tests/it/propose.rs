@@ -6,6 +6,7 @@ mod lacking;
 mod levels;
 mod markers;
 mod names;
+mod planar;
 mod pushed;
 mod relative;
 mod rotations;
@@ -87,7 +88,8 @@ fn binding(columns: &[Column]) -> String {
 /// The columns of a channel, without the comment.
 fn channel<'a>(binding: &'a str, name: &str) -> Option<&'a str> {
     let value = binding.lines().find_map(|line| line.strip_prefix("  ")?.strip_prefix(name)?.strip_prefix(": "))?;
-    value.split("    #").next()
+    // What is to be filled in is bound to nothing.
+    value.split("    #").next().filter(|value| !value.contains("???"))
 }
 
 /// Up in the middle of the log.

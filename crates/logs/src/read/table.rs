@@ -84,6 +84,8 @@ pub struct Source {
     pub clock: Option<BagClock>,
     /// Whether the recording is a success, by each field of the log that says so.
     pub success_fields: Vec<(&'static str, bool)>,
+    /// The version of its format that a data set of LeRobot states, such as `v2.1`.
+    pub lerobot_version: Option<String>,
 }
 
 /// How the times of a bag's log come from the clocks of the bag.
@@ -272,6 +274,7 @@ impl Source {
             refused: vec![],
             clock: None,
             success_fields: vec![],
+            lerobot_version: None,
         }
     }
 

@@ -216,3 +216,49 @@ fn rows_of_umi_have_the_rate_of_its_camera() {
     let found = binding_of(&format!("{}\n{rows}", names.replace("demo_start", "other")));
     assert!(found.contains("rate: 100 Hz"), "{found}");
 }
+
+#[test]
+fn names_of_bodies_without_frames_and_quantities() {
+    let (found, _) = proposed(&[
+        ("eePosX", along),
+        ("eePosY", still),
+        ("eePosZ", lift),
+        ("bottlePosX", along),
+        ("bottlePosY", still),
+        ("bottlePosZ", lift),
+        ("bottleQuatX", |_| 0.0),
+        ("bottleQuatY", |_| 0.0),
+        ("bottleQuatZ", |_| 0.6),
+        ("bottleQuatW", |_| 0.8),
+        ("T_base_cube.position.x", still),
+        ("T_base_cube.position.y", along),
+        ("T_base_cube.position.z", lift),
+    ]);
+    for line in [
+        "right.tcp.position: eePos<XYZ>",
+        "bottle.position: bottlePos<XYZ>",
+        "bottle.rotation: bottleQuat<WXYZ>",
+        "cube.position: T_base_cube.position.<xyz>",
+    ] {
+        assert!(found.contains(line), "{found}");
+    }
+}
+
+#[test]
+fn the_segment_of_a_subject_of_the_same_name_does_not_repeat_it() {
+    let (found, _) = proposed(&[
+        ("Gripper:Gripper.TX [mm]", along),
+        ("Gripper:Gripper.TY [mm]", still),
+        ("Gripper:Gripper.TZ [mm]", lift),
+        ("Cup:Cup.TX [mm]", along),
+        ("Cup:Cup.TY [mm]", still),
+        ("Cup:Cup.TZ [mm]", lift),
+    ]);
+    assert_eq!(channel(&found, "Cup.position"), Some("\"Cup:Cup.T<XYZ>\""), "{found}");
+}
+
+#[test]
+fn a_gap_of_fingers_is_not_the_way_of_one() {
+    let (found, _) = proposed(&[("finger_gap", |passed| if passed < 0.5 { 0.08 } else { 0.04 })]);
+    assert!(found.contains("right.gripper.opening: finger_gap [m]"), "{found}");
+}

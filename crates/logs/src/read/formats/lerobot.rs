@@ -57,7 +57,8 @@ pub fn open(folder: &Path, episode: Option<&str>, folders: &AllowedFolders) -> R
     let is_success = |values: &[f64]| values.iter().any(|value| *value > 0.5);
     let success_fields = successes.map(|values| (annotate::success::COLUMN, is_success(values)));
     let source = Source::one(format!("{} episode {episode}", folder.display()), memory.header(), Box::new(memory));
-    Ok(Source { success_fields: success_fields.into_iter().collect(), ..source })
+    let lerobot_version = Some(set.text("codebase_version")?.to_string());
+    Ok(Source { success_fields: success_fields.into_iter().collect(), lerobot_version, ..source })
 }
 
 /// The files that an episode is read from.

@@ -45,6 +45,16 @@ fn topics_with_stamps_of_different_clocks_are_reported_with_the_offset() {
 }
 
 #[test]
+fn topics_that_are_stamped_together_are_resampled() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    // Half of the steps are 20 us.
+    bag(&path, 2e-5, &|row| format!("{{\"width\": {}}}", 0.05 + row as f64 * 1e-4));
+    let (recording, _) = bound(&path, PALM).unwrap();
+    assert!((198..=200).contains(&recording.time.len()), "{} rows", recording.time.len());
+}
+
+#[test]
 fn stamps_in_messages_of_json_have_any_common_form() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
