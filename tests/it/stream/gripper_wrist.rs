@@ -97,8 +97,16 @@ fn nuts_are_put_down_from_when_they_meet_their_pegs_with_contact_from_a_fifth_of
         let (tasks, segments) = found(&log, 0.0618);
         assert_eq!(tasks, ["pick_and_place", "pick_and_place"], "{weight} N: {segments:?}");
         assert_begins(&segments, "Place", 17.91);
-        // It touches the rim with 0.18 N at 34.62 s, which counts where the level of contact that is learned is lower.
-        assert_begins(&segments, "Place", if weight == 1.0 { 34.62 } else { 35.16 });
+        // It touches the rim with 0.18 N at 34.62 s, which counts where the level of contact that is learned is lower. The recorded weight has no inertia: so
+        // slight a force counts only when the inertia of 5 N is small.
+        let meets_rim_s = if weight == 1.0 {
+            34.62
+        } else if weight == 5.0 {
+            35.51
+        } else {
+            35.16
+        };
+        assert_begins(&segments, "Place", meets_rim_s);
         assert_eq!(segments.iter().filter(|it| it.0 == "Place").count(), 2, "{weight} N: {segments:?}");
         let log = at_the_wrist("nut_assembly_panda_demo_1.csv", &["RoundNut0", "SquareNut0"], weight);
         let (tasks, segments) = found(&log, 0.0717);

@@ -12,9 +12,13 @@ pub(super) fn findings(outcome: &Outcome) -> Vec<Finding> {
             ReasonKind::Missing => FindingKind::LacksTask,
             _ => return None,
         };
-        let message = match (reason.kind, reason.track, &reason.task) {
-            (ReasonKind::Failed, Some(track), Some(task)) => {
-                format!("{track} {task}{}: no later attempt succeeded", reason.subject.suffix())
+        let what = match reason.kind {
+            ReasonKind::LetFall => "it fell from opened jaws",
+            _ => "no later attempt succeeded",
+        };
+        let message = match (kind, reason.track, &reason.task) {
+            (FindingKind::Failure, Some(track), Some(task)) => {
+                format!("{track} {task}{}: {what}", reason.subject.suffix())
             }
             _ => reason.message.clone(),
         };
