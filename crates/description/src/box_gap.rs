@@ -1,7 +1,7 @@
-//! Gaps of boxes to segments and to each other, in closed form, frame of a box.
+//! Gaps of boxes to segments and to each other, in closed form, in the frame of a box.
 //!
-//! A segment or a box that a face normal or a product of two edges separates is as far away as the widest separation at least; without a separation, the narrowest
-//! overlap is the depth of the penetration (S. Gottschalk, M. C. Lin and D. Manocha, *OBBTree*, 1996).
+//! The gap is at least the widest separation along a face normal or a cross product of two edges. If nothing separates the shapes, the narrowest overlap is the depth
+//! of the penetration (S. Gottschalk, M. C. Lin and D. Manocha, *OBBTree*, 1996).
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 

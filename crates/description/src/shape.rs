@@ -40,7 +40,7 @@ impl CollisionShape {
     /// Returns a bound of the displacement of any point since the same shape was placed as `before`, m; infinite if it is another kind of shape.
     pub fn displacement(&self, before: &Self) -> f64 {
         let of_frame = |at: &Isometry3<f64>, before: &Isometry3<f64>, reach: f64| {
-            // A turn by an angle moves a point by twice the sine of half the angle per unit of its distance, and quaternions differ by twice that of a fourth.
+            // A rotation by an angle moves a point by 2 sin(angle / 2) times its distance; unit quaternions differ by 2 sin(angle / 4), which is more than half of that.
             let [now, then] = [at.rotation.coords, before.rotation.coords];
             (at.translation.vector - before.translation.vector).norm()
                 + 2.0 * (now - then).norm().min((now + then).norm()) * reach
@@ -143,11 +143,9 @@ impl CollisionShape {
         Some(apart - round).filter(|gap| *gap < below)
     }
 
-    /// The penetration depth of the cores of two shapes, m; zero where they are not in each other.
+    /// The penetration depth of the cores of two shapes, of which one is a piece, m; zero where they are not in each other. The normals of faces are enough for pieces.
     fn penetration(&self, other: &Self) -> f64 {
-        let (ours, theirs) = (self.edges(), other.edges());
-        let across = ours.iter().flat_map(|edge| theirs.iter().map(move |other| edge.cross(other)));
-        let axes = self.normals().into_iter().chain(other.normals()).chain(across);
+        let axes = self.normals().into_iter().chain(other.normals());
         let mut least = f64::INFINITY;
         for axis in axes.filter_map(|axis| axis.try_normalize(1e-6)) {
             let ([low, high], [from, to]) = (self.extent(&axis), other.extent(&axis));
@@ -157,15 +155,6 @@ impl CollisionShape {
             }
         }
         if least.is_finite() { least } else { 0.0 }
-    }
-
-    /// The directions of a core's edges; none of a piece, of which the normals are enough.
-    fn edges(&self) -> Vec<Vector3<f64>> {
-        match self {
-            Self::Capsule(from, to, _) => vec![to - from],
-            Self::Box(..) => self.normals(),
-            Self::Piece(..) => Vec::new(),
-        }
     }
 
     /// The normals of a core's faces, of two that are opposite one.

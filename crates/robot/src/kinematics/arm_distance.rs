@@ -77,6 +77,11 @@ impl PlacedShape {
         &self.shape
     }
 
+    /// Whether it is a piece of a mesh.
+    pub(crate) const fn is_piece(&self) -> bool {
+        matches!(self.shape, CollisionShape::Piece(..))
+    }
+
     /// Returns center and radius of its bounding sphere, m.
     pub(crate) const fn ball(&self) -> (Point3<f64>, f64) {
         self.ball

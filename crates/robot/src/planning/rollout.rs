@@ -33,7 +33,7 @@ const BESIDE_M: f64 = 0.003;
 /// A search for the missing distance ends early only with this margin for rounding, m.
 const ROUNDING_M: f64 = 1e-9;
 
-/// Distance up to which limbs are examined for the motion until they are too near, m.
+/// Largest motion of limbs that is allowed between two comparisons, m.
 const LOOK_M: f64 = 0.1;
 
 /// Additional weight of a millimeter of penetration over a millimeter of missing distance.
@@ -92,9 +92,12 @@ impl Occupied {
         if limbs > most { limbs } else { limbs.max(touched(self, other)).max(touched(other, self)) }
     }
 
-    /// Returns how far the nearest points of both limbs and their objects can move before [`Occupied::too_near`] is above zero, m, at most [`LOOK_M`]; negative where it
-    /// is above zero.
+    /// Returns a lower bound of the distance by which points of both limbs and their objects can move until [`Occupied::too_near`] is above zero, m, at most
+    /// [`LOOK_M`]; negative if it is above zero. Zero if a shape is a piece of a mesh, whose gaps are upper bounds.
     fn room(&self, other: &Self) -> f64 {
+        if [self, other].iter().any(|it| it.limb.iter().chain(it.object.iter()).any(PlacedShape::is_piece)) {
+            return 0.0;
+        }
         let gap = |ours: &PlacedShapes, theirs: &PlacedShapes, room: f64| {
             arm_distance(ours, theirs, room + LOOK_M).map_or(LOOK_M, |found| found.gap - room)
         };
@@ -104,7 +107,7 @@ impl Occupied {
         gap(&self.limb, &other.limb, ROOM_M).min(touched(self, other)).min(touched(other, self))
     }
 
-    /// Returns a bound of the displacement of any point of limb and object since `before`, m; infinite if they are others.
+    /// Returns an upper bound of the displacement of any point of limb and object since `before`, m; infinite if the object is another one.
     fn displacement(&self, before: &Self) -> f64 {
         if self.shares == before.shares && self.object.len() == before.object.len() {
             self.limb.displacement(&before.limb).max(self.object.displacement(&before.object))
