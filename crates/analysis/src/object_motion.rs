@@ -257,7 +257,11 @@ struct Places {
 }
 
 impl Places {
+    /// Adds a sample; one that is not a number is left out.
     fn take(&mut self, place: [f64; 3]) {
+        if place.iter().any(|value| !value.is_finite()) {
+            return;
+        }
         self.samples.iter_mut().zip(place).for_each(|(samples, value)| samples.push(value));
         if self.samples[0].len() == self.together {
             self.places.push(self.samples.each_mut().map(|samples| {

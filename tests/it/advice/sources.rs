@@ -16,7 +16,8 @@ const LIST: &str = "lists what is known";
 const OTHER_TEST: &str = "a test of its own executes it: it needs a server, a link, a large file or several commands";
 
 /// How pieces of advice begin that no case executes, and why.
-const ELSEWHERE: [(&str, &str); 44] = [
+const ELSEWHERE: [(&str, &str); 45] = [
+    ("take `#` from `robots` there", OTHER_TEST),
     ("use at least `resample: ", OTHER_TEST),
     ("please report this with the rules", FAULT),
     ("this is a bug of teachtree", FAULT),

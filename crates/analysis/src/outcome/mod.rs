@@ -2,10 +2,10 @@
 //!
 //! - A success contains a named task that is not a failure, and each failure was mended: a later task brought the same object to the same target.
 //! - A failure contains a failed task that was not mended, or lacks an expected task.
-//! - A recording that says that it succeeded is a success: its failed tasks did not spoil it, and a task that is cut off has reached its goal.
-//! - The outcome is unknown if its only failures are falls from jaws that were opened, which may be intended;
-//!   if the recording has no named task, if it or a gap of it cuts off a task that no later one completes, if the log lacks the quantities that detect a missing task, if its issues show that it is read
-//!   wrongly, or if neither the rules nor an expectation could show a failure.
+//! - If fields of the log say that the recording succeeded, its failed tasks and a task that is cut off do not count against it.
+//! - The outcome is unknown if the only failures are falls from opened jaws, which may be intended; if the recording has no named task; if its end or a gap cuts off
+//!   a task that no later one completes; if the log lacks the quantities that detect a missing task; if its issues show that it is misread; or if neither the rules
+//!   nor an expectation could show a failure.
 //!
 //! A task that is made of tasks counts instead of its parts.
 
@@ -218,10 +218,8 @@ impl ReasonKind {
         match self {
             Self::Succeeded | Self::Mended | Self::Declared | Self::UnseenFailure => result == OutcomeKind::Success,
             Self::Failed | Self::Missing => result == OutcomeKind::Failure,
-            Self::NotMeasured => result != OutcomeKind::Success,
-            Self::NoTask | Self::NoCriterion | Self::Misread | Self::CutOff | Self::LetFall => {
-                result == OutcomeKind::Unknown
-            }
+            Self::NotMeasured | Self::LetFall => result != OutcomeKind::Success,
+            Self::NoTask | Self::NoCriterion | Self::Misread | Self::CutOff => result == OutcomeKind::Unknown,
         }
     }
 }

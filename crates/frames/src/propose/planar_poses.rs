@@ -1,4 +1,4 @@
-//! Poses in a plane: x, y and an angle of each body, as planar pushing is logged. Their height is constant.
+//! Poses in a plane: x, y and an angle of each body, as planar pushing is logged. Their height is not logged.
 
 use super::parts::{Part, Quantity};
 use super::quantiles::median;
@@ -14,7 +14,18 @@ const ANGLES: [&str; 10] = ["theta", "yaw", "angle", "phi", "psi", "rot", "rotat
 /// Words for what pushes, where no other name is that of a tool.
 const PUSHERS: [&str; 6] = ["pusher", "tip", "probe", "stick", "rod", "finger"];
 /// Words for pairs that are no place of a body.
-const OTHERS: [&str; 13] = [
+const OTHERS: [&str; 24] = [
+    "force",
+    "torque",
+    "wrench",
+    "moment",
+    "velocity",
+    "vel",
+    "speed",
+    "acceleration",
+    "acc",
+    "error",
+    "current",
     "qpos",
     "joint",
     "joints",
@@ -119,7 +130,7 @@ impl<'a> PlanarPose<'a> {
             let stated = parts.get(angle.part).filter(|part| part.members.len() == 1).map_or("", |part| &part.unit);
             let is_long = stated.is_empty() && most(angle.column) > TURN;
             let unit = if is_long { "deg" } else { stated };
-            let why = if is_long { "; in degrees, since the angle is beyond a turn in radians" } else { "" };
+            let why = if is_long { "; in degrees is a guess, since the angle exceeds a turn in radians" } else { "" };
             let pattern = format!("[\"= 0 rad\", \"= 0 rad\", \"{sign}{}\"]", angle.title);
             part(pattern, vec![angle.column], Quantity::Rotation, unit, format!("the angle about the vertical{why}"))
         });
@@ -173,7 +184,7 @@ fn pairs<'a>(parts: &[Part<'a>]) -> Vec<PlanarPose<'a>> {
                 && others == own_words(&own, sheet)
         };
         let angle = scalars.values().find(|cell| parts.get(cell.part).is_some_and(is_angle)).cloned();
-        let reason = "x and y in a plane, at a constant height".to_string();
+        let reason = "x and y in a plane; the log has no height, 0 m is a guess".to_string();
         found.push(PlanarPose { name, at: [x.clone(), y], angle, is_mirrored: false, reason });
     }
     found
@@ -211,8 +222,13 @@ fn arrays<'a>(parts: &[Part<'a>], has_pair: bool) -> Vec<PlanarPose<'a>> {
         let [x, y, angle] = part.members[..] else { return None };
         let prefix = if part.sheet.name.is_empty() { String::new() } else { format!("{}.", part.sheet.name) };
         let cell = |column: &'a ColumnReport| Cell { part: place, title: format!("{prefix}{}", column.name), column };
-        let reason = match has_pair || words::has(&part.words, &PLANAR) {
-            true => "x and y in a plane, at a constant height".to_string(),
+        let is_named = words::has(&part.words, &PLANAR);
+        // Heights in millimeters are no angles.
+        if !is_named && most(angle) > TURN {
+            return None;
+        }
+        let reason = match has_pair || is_named {
+            true => "x and y in a plane; the log has no height, 0 m is a guess".to_string(),
             false => {
                 format!("a pose of three numbers: x, y and an angle; if the third is a height, `{}`", part.pattern)
             }
@@ -272,7 +288,7 @@ fn unnamed<'a>(parts: &[Part<'a>]) -> Vec<PlanarPose<'a>> {
     poses.flatten().collect()
 }
 
-/// Whether a place is exactly the same in a tenth of the steps in which a tool moves: what nothing touches rests.
+/// Whether a place changes by less than 0.01 % in a tenth of the steps in which a tool moves: what nothing touches rests.
 fn rests_while_moves(place: &ColumnReport, tool: &ColumnReport) -> bool {
     let steps = place.samples.windows(2).zip(tool.samples.windows(2));
     let (moves, rests) = steps.filter(|(_, tool)| tool[0] != tool[1]).fold((0, 0), |(moves, rests), (place, _)| {

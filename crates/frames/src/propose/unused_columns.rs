@@ -94,7 +94,8 @@ pub fn refused(survey: &Survey, log: &Inspection) -> Vec<String> {
     let texts = log.sheets.iter().flat_map(|sheet| &sheet.columns).filter(|column| column.kind == ValueKind::Text);
     let texts: Vec<String> = texts.map(|column| column.name.clone()).collect();
     let of_texts = (!texts.is_empty()).then(|| format!("{}: not numbers", listed(texts)));
-    lines.chain(of_texts).collect()
+    let all: Vec<String> = lines.chain(of_texts).collect();
+    if all.is_empty() { vec!["the log has no columns beside its time stamps".into()] } else { all }
 }
 
 /// The channels of a log without any, to fill in.

@@ -153,6 +153,10 @@ const SUPPORTS: [&str; 9] = ["table", "tray", "bin", "shelf", "plate", "surface"
 pub fn words(name: &str) -> Vec<String> {
     let mut all: Vec<String> = vec![];
     for token in tokens(name) {
+        if let Some(meaning) = robotiq_name(token) {
+            all.extend(meaning.iter().map(ToString::to_string));
+            continue;
+        }
         let label = marker_label(token);
         let token = match &label {
             Some((side, label)) => {
@@ -172,6 +176,15 @@ pub fn words(name: &str) -> Vec<String> {
         all.push(word.to_lowercase());
     }
     all
+}
+
+/// The words for the model of a gripper of Robotiq, and for its register of the measured position.
+fn robotiq_name(token: &str) -> Option<&'static [&'static str]> {
+    match token.to_lowercase().as_str() {
+        "2f85" | "2f140" | "hande" => Some(&["robotiq"]),
+        "gpo" => Some(&["robotiq", "position"]),
+        _ => None,
+    }
 }
 
 /// The side and the rest of the label of a marker on a person: `R` and `Thumb` of `RThumb`, `R` and `ThumbTip` of `RTHT`, as the marker sets of Vicon name it.

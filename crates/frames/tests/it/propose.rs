@@ -465,18 +465,16 @@ fn a_gripper_that_also_shut_on_nothing_is_open_at_its_largest_width() {
 #[test]
 fn names_of_robotiq_of_two_fingers_and_of_rotations_are_known() {
     let counts: fn(f64) -> f64 = |passed| if lift(passed) > 0.1 { 95.0 } else { 3.0 };
-    let columns: [Column; 7] = [
-        ("tcp_x", along),
-        ("tcp_y", along),
-        ("tcp_z", lift),
-        ("robotiq_pos", counts),
-        ("FingerL_x", along),
-        ("FingerL_y", along),
-        ("FingerL_z", lift),
-    ];
-    let found = binding(&columns);
-    assert_eq!(channel(&found, "right.gripper.closed"), Some("robotiq_pos > 49"), "{found}");
-    assert!(channel(&found, "right.thumb.position").is_some(), "{found}");
+    let hand = [("tcp_x", along as fn(f64) -> f64), ("tcp_y", along), ("tcp_z", lift)];
+    let fingers = [("FingerL_x", along as fn(f64) -> f64), ("FingerL_y", along), ("FingerL_z", lift)];
+    // The register `gPO` is the measured position.
+    for name in ["robotiq_pos", "2F85_position", "hande_pos", "gPO"] {
+        let columns: Vec<Column> = hand.into_iter().chain([(name, counts)]).chain(fingers).collect();
+        let found = binding(&columns);
+        let closed = format!("{name} > 49");
+        assert_eq!(channel(&found, "right.gripper.closed"), Some(closed.as_str()), "{found}");
+        assert!(channel(&found, "right.thumb.position").is_some(), "{found}");
+    }
 }
 
 #[test]
