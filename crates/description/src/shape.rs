@@ -143,7 +143,7 @@ impl CollisionShape {
         Some(apart - round).filter(|gap| *gap < below)
     }
 
-    /// The penetration depth of the cores of two shapes, of which one is a piece, m; zero where they are not in each other. The normals of faces are enough for pieces.
+    /// Returns the penetration depth of the cores of two shapes, one of them a piece of a mesh, m; zero without a penetration. Only normals of faces are tried.
     fn penetration(&self, other: &Self) -> f64 {
         let axes = self.normals().into_iter().chain(other.normals());
         let mut least = f64::INFINITY;

@@ -13,7 +13,7 @@ const PAIRS: [[&str; 3]; 4] = [["x", "y", "z"], ["X", "Y", "Z"], ["[0]", "[1]", 
 const ANGLES: [&str; 10] = ["theta", "yaw", "angle", "phi", "psi", "rot", "rotation", "orientation", "heading", "th"];
 /// Words for what pushes, where no other name is that of a tool.
 const PUSHERS: [&str; 6] = ["pusher", "tip", "probe", "stick", "rod", "finger"];
-/// Words for pairs that are no place of a body.
+/// Words for pairs of columns that are not the position of a body.
 const OTHERS: [&str; 24] = [
     "force",
     "torque",
@@ -223,7 +223,7 @@ fn arrays<'a>(parts: &[Part<'a>], has_pair: bool) -> Vec<PlanarPose<'a>> {
         let prefix = if part.sheet.name.is_empty() { String::new() } else { format!("{}.", part.sheet.name) };
         let cell = |column: &'a ColumnReport| Cell { part: place, title: format!("{prefix}{}", column.name), column };
         let is_named = words::has(&part.words, &PLANAR);
-        // Heights in millimeters are no angles.
+        // A larger number is a height in millimeters.
         if !is_named && most(angle) > TURN {
             return None;
         }
