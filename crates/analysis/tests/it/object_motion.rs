@@ -2,7 +2,7 @@
 
 use crate::one_gripper::{Signal, along, log};
 use crate::slips::noise;
-use teachtree_analysis::outcome::{OutcomeKind, ReasonKind};
+use teachtree_analysis::outcome::{ExpectedTasks, OutcomeKind, ReasonKind};
 use teachtree_analysis::{Analysis, analyze, explain_by_motion};
 use teachtree_base::recording::Recording;
 use teachtree_engine::evaluator::evaluate;
@@ -115,6 +115,11 @@ fn the_outcome_names_a_fall_and_what_makes_it_a_release() {
     assert_eq!((outcome.result, outcome.reasons[0].kind), (OutcomeKind::Unknown, ReasonKind::LetFall), "{said}");
     assert!(said.contains(" s: box fell 60 mm from the opened jaws at 5.0"), "{said}");
     assert!(said.ends_with(", which may be intended: if it is, set `params: {drop_way: 70 mm}`"), "{said}");
+    // It is also named where an expected task is missing.
+    let expected = ExpectedTasks::parse("pick_and_place x 3").unwrap();
+    let missing = Analysis { expected, ..explained(&opened, "hand_gripper.rules", &[]) }.outcome();
+    assert_eq!(missing.result, OutcomeKind::Failure);
+    assert!(missing.reasons.iter().any(|reason| reason.kind == ReasonKind::LetFall), "{}", missing.sentence());
     // The advice is right.
     let advised = explained(&opened, "hand_gripper.rules", &[("drop_way", "70 mm")]);
     assert_eq!(advised.outcome().result, OutcomeKind::Success, "{}", message(&advised));
